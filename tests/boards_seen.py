@@ -7,13 +7,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.film.boards import Board, Corners, dictionary
+from stripfold.film.camera import Camera
+from stripfold.film.intrinsics import View
+from stripfold.film.recording import Entries
+from stripfold.film.robot_grid import Stops
 from stripfold.synthetic.view import Rays
-from stripfold.vision.boards import Board, Corners, dictionary
-from stripfold.vision.camera import Camera
-from stripfold.vision.intrinsics import View
-from stripfold.vision.recording import Entries
-from stripfold.vision.robot_grid import Stops
 
 SIZE = (640, 480)
 LENS = Camera(

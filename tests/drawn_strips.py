@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from stripfold import elastica
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 
 
 def coverage(curve: Array, width: float, size: tuple[int, int]) -> Array:

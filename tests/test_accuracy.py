@@ -10,24 +10,21 @@ import pytest
 import xarray as xr
 
 from plots import models, work_precision
-from stripfold import elastica, store
-from stripfold.analysis import (
-    critical_point as critical,
-)
-from stripfold.analysis import (
-    select_model,
-    static,
-)
-from stripfold.analysis.prediction import (
+from stripfold import elastica
+from stripfold.ask import critical_point as critical
+from stripfold.ask import select_model
+from stripfold.ask.inputs import Scene
+from stripfold.ask.model_error import ROD, exact, model_error, one_across, solid_error
+from stripfold.ask.prediction import (
     ElasticaPrediction,
     end_of_advance,
     from_near_the_end,
     snap,
     without_horizontal_force,
 )
-from stripfold.analysis.static import End, StripModel
-from stripfold.inputs import Scene
-from stripfold.models.model_error import ROD, exact, model_error, one_across, solid_error
+from stripfold.files import store
+from stripfold.follow import static
+from stripfold.follow.static import End, StripModel
 from stripfold.solve.linear import Band
 from studies import accuracy, estimates, profiling
 from studies.accuracy import Strategy, scene_of

@@ -15,8 +15,11 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import elastica, inputs, measured, results, store
-from stripfold.reporting import Result
+from stripfold import elastica
+from stripfold.ask import inputs, results
+from stripfold.files import store
+from stripfold.files.reporting import Result
+from stripfold.film import measured
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
 SHORT = sf.Strip(length=0.36, eta_b=3780)
@@ -252,7 +255,9 @@ def test_a_result_is_written_to_a_file_with_a_name(stability_map):
         assert caught.value.key == "file"
 
 
-@pytest.mark.parametrize("name", ["stripfold", "stripfold.strip", "stripfold.measured", "stripfold.inputs"])
+@pytest.mark.parametrize(
+    "name", ["stripfold", "stripfold.ask.strip", "stripfold.film.measured", "stripfold.ask.inputs"]
+)
 def test_examples_in_docstrings(name):
     found = doctest.testmod(import_module(name))
     assert found.attempted

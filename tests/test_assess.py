@@ -12,17 +12,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import elastica, schema
-from stripfold.analysis import assess as assessing
-from stripfold.analysis import path_statics, release, rest
-from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
-from stripfold.analysis.contact import columns_on_floor, touches
-from stripfold.analysis.contact_branch import BranchPoint
-from stripfold.analysis.contact_set import on_nodes
-from stripfold.analysis.release import Fall
-from stripfold.analysis.static import StripModel
-from stripfold.errors import InvalidInputError, SolveError, TimeStepError
-from stripfold.material import Material
+from stripfold import elastica
+from stripfold.base.errors import InvalidInputError, SolveError, TimeStepError
+from stripfold.base.material import Material
+from stripfold.files import schema
+from stripfold.follow import assess as assessing
+from stripfold.follow import path_statics, release, rest
+from stripfold.follow.assess import BIFURCATION, SNAP, Assessment, assess_strip
+from stripfold.follow.contact import columns_on_floor, touches
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.contact_set import on_nodes
+from stripfold.follow.release import Fall
+from stripfold.follow.static import StripModel
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import RPath

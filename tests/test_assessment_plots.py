@@ -20,8 +20,8 @@ from plots import (
 )
 from plots.pieces import PATH_LOOKS
 from plotted import colours, drawn, indices_of, labelled, legend_texts, named, notes, states_of
-from stripfold.errors import InvalidInputError
-from stripfold.plots import colours as palette
+from stripfold.base.errors import InvalidInputError
+from stripfold.draw import colours as palette
 
 
 class TestReaders:

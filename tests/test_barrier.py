@@ -9,9 +9,9 @@ import pytest
 
 from plots import barrier as figure
 from stripfold import elastica
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.elastica._chebyshev import grid
-from stripfold.errors import InvalidInputError
 from studies import barrier, knocks
 
 STEP = 0.02

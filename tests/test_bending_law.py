@@ -7,14 +7,14 @@ import pytest
 
 from oracles import nonlinear_elastica
 from stripfold import elastica
-from stripfold.analysis import static
-from stripfold.analysis.contact_branch import from_elastica
-from stripfold.analysis.static import StripModel, to_the_end
-from stripfold.effects import BendingLaw, Hysteresis, MomentCurvature, split_loop
-from stripfold.errors import InvalidInputError
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
-from stripfold.problem import AlongX
+from stripfold.base.errors import InvalidInputError
+from stripfold.follow import static
+from stripfold.follow.contact_branch import from_elastica
+from stripfold.follow.static import StripModel, to_the_end
+from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature, split_loop
+from stripfold.strip.problem import AlongX
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 from studies import textile_law
 
 KAPPA = np.linspace(0.0, 8.0, 401)[1:]

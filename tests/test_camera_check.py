@@ -13,10 +13,10 @@ import pytest
 
 import boards_seen as seen
 from stripfold import cli
-from stripfold.errors import CalibrationError
-from stripfold.vision import camera_check
-from stripfold.vision.boards import Board, Corners, detect
-from stripfold.vision.camera import read_camera
+from stripfold.base.errors import CalibrationError
+from stripfold.film import camera_check
+from stripfold.film.boards import Board, Corners, detect
+from stripfold.film.camera import read_camera
 
 Change = Callable[[np.ndarray], np.ndarray]
 BOARDS = {"chessboard": seen.CHESS, "charuco": seen.CHARUCO}

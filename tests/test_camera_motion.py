@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from filmed import landscape
-from stripfold.arrays import Array, Picture
-from stripfold.vision import camera_motion
-from stripfold.vision.camera_motion import Shift
-from stripfold.vision.gripper import Track
-from stripfold.vision.thumbnails import Thumbnails
+from stripfold.base.arrays import Array, Picture
+from stripfold.film import camera_motion
+from stripfold.film.camera_motion import Shift
+from stripfold.film.gripper import Track
+from stripfold.film.thumbnails import Thumbnails
 
 SIZE = 400, 300
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
 from studies.summary import claims
 
 ROW = {"place": "IV", "claim": "It falls.", "test": "falls", "numbers": ["jump"], "verdict": "confirmed"}

@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 
 import stripfold
-from stripfold import elastica, json_output, kernels
-from stripfold.analysis import critical_point as critical
-from stripfold.analysis.critical_point import CriticalResult
+from stripfold import elastica, kernels
+from stripfold.ask import critical_point as critical
+from stripfold.ask.critical_point import CriticalResult
+from stripfold.ask.inputs import Scene
+from stripfold.base.errors import SolveError
+from stripfold.base.material import Material
 from stripfold.cli import COMMANDS, main
-from stripfold.errors import SolveError
-from stripfold.inputs import Scene
-from stripfold.material import Material
+from stripfold.files import json_output
 
 STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
 KEYS = [

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import store
+from stripfold.base.errors import SolveError
 from stripfold.cli import main
-from stripfold.errors import SolveError
+from stripfold.files import store
 from stripfold.solve import dynamics
 
 SCENE = "length: 0.3\nheight: 0.054\neta_b: 3780.0\ndisturbance: 0.01\nair: 5.0\nuntil: touch\n"

@@ -16,12 +16,13 @@ import xarray as xr
 from PIL import Image
 
 import made_up
-from stripfold import cli, store
+from stripfold import cli
+from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError, SolveError
-from stripfold.plots.readers import collapse
-from stripfold.vision.camera import read_camera
-from stripfold.vision.pictures import MAX_SCANS, read_grey
+from stripfold.draw.readers import collapse
+from stripfold.files import store
+from stripfold.film.camera import read_camera
+from stripfold.film.pictures import MAX_SCANS, read_grey
 from studies.commands import INPUTS
 
 PATH = "t,x,z\n0,-0.25,0\n1,0,0.25\n2,0.25,0\n"
@@ -49,7 +50,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, s
 def test_output_that_cannot_be_written_is_refused_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], plot: str, part: str
 ) -> None:
-    from stripfold.analysis import critical_point
+    from stripfold.ask import critical_point
 
     monkeypatch.chdir(tmp_path)
     Path("folder.png").mkdir()
@@ -133,7 +134,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path, write: str) 
     code = (
         "import resource, sys\nimport xarray as xr\nfrom matplotlib.figure import Figure\n"
         "from numpy.random import random\nimport made_up\nfrom stripfold import cli, store\n"
-        "from stripfold.plots.film import film\nfrom stripfold.plots.save import save_as\n"
+        "from stripfold.draw.film import film\nfrom stripfold.draw.save import save_as\n"
         "from stripfold.synthetic import recording as calibration\nfrom stripfold.synthetic.scene import Scene\n"
         # Python itself would leave the bytecode of what is imported from here on cut, for all later processes.
         "sys.dont_write_bytecode = True\n"

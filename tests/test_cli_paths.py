@@ -12,15 +12,17 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import cli_paths, path_assessment, store
-from stripfold.analysis import rest, verdict
-from stripfold.analysis.static import StripModel
+from stripfold import cli_paths
+from stripfold.ask import path_assessment, verdict
+from stripfold.base.errors import TimeStepError
+from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.errors import TimeStepError
-from stripfold.json_output import as_json
-from stripfold.material import Material
+from stripfold.draw.save import save_as
+from stripfold.files import store
+from stripfold.files.json_output import as_json
+from stripfold.follow import rest
+from stripfold.follow.static import StripModel
 from stripfold.paths import PLANS, geometric, table
-from stripfold.plots.save import save_as
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]
 UNIT = Material(3780.0).gravity_length

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from stripfold import cli, cli_doctor, elastica
-from stripfold.strip import Strip
+from stripfold.ask.strip import Strip
 
 
 def test_all_is_there(capsys: pytest.CaptureFixture[str]) -> None:

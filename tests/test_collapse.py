@@ -13,18 +13,18 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import collapse, release, rest
-from stripfold.analysis.collapse import Collapse
-from stripfold.analysis.contact import columns_on_floor, touch_position, touches
-from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState
-from stripfold.analysis.static import StripModel
-from stripfold.errors import NewtonError, SolveError, TimeStepError
-from stripfold.models.rod import Rod
-from stripfold.problem import Opened, StripProblem
-from stripfold.simulation import Simulation
+from stripfold.ask.simulation import Simulation
+from stripfold.base.errors import NewtonError, SolveError, TimeStepError
+from stripfold.follow import collapse, release, rest
+from stripfold.follow.collapse import Collapse
+from stripfold.follow.contact import columns_on_floor, touch_position, touches
+from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState
+from stripfold.follow.static import StripModel
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.schemes import Damping, EnergyMomentum
+from stripfold.strip.problem import Opened, StripProblem
+from stripfold.strip.rod import Rod
 
 STRIP, HEIGHT = StripModel(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
@@ -241,7 +241,7 @@ def test_a_moving_gripper(found: Collapse) -> None:
 
 
 def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.analysis.rest.LONGEST", 10.0)
+    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 10.0)
     stable = release.ReleaseState.at(found.run.points[3], 1.5)
     with pytest.raises(TimeStepError, match="did not come to rest") as caught:
         release.simulate_fall(stable, replace(FALL, disturbance=1e-4, speed=-0.02))
@@ -251,7 +251,7 @@ def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.Mon
 
 
 def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.analysis.rest.LONGEST", 20.0)
+    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 20.0)
     with pytest.raises(TimeStepError, match="did not come to rest") as caught:
         release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=0.05, damping=Damping()))
     assert caught.value.last.energy.kinetic > 0.0

@@ -11,10 +11,10 @@ import made_up
 from plots import collapse, energy
 from plots.readers import travel
 from plotted import colours, drawn, indices_of, labelled, legend_texts, named, states_of
-from stripfold.analysis.phases import PHASES
-from stripfold.errors import InvalidInputError
-from stripfold.plots import collapse_curve, readers
-from stripfold.plots import colours as palette
+from stripfold.base.errors import InvalidInputError
+from stripfold.draw import collapse_curve, readers
+from stripfold.draw import colours as palette
+from stripfold.follow.phases import PHASES
 
 FIRST_FALL = made_up.COUNTS["before"]
 

@@ -19,8 +19,8 @@ from config_models import Configuration
 from config_motion import FallWay
 from config_studies import Strategy, Studies
 from stripfold import elastica
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import Scene
+from stripfold.ask.inputs import Scene
+from stripfold.base.errors import InvalidInputError
 from studies import (
     accuracy,
     benchmark,

@@ -14,9 +14,9 @@ import configuration
 from plots import low_paths as low_figure
 from plots import order as figure
 from stripfold import elastica
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.follow.static import StripModel
 from studies import branches, constants, low_paths, order
 
 

@@ -18,8 +18,8 @@ from typing import Any
 import pytest
 
 import stripfold as sf
-from stripfold.errors import TimeStepError
-from stripfold.reporting import Result
+from stripfold.base.errors import TimeStepError
+from stripfold.files.reporting import Result
 
 PAGE = (Path(__file__).parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
 NAMES = [name for name in re.findall(r"^::: (\S+)", PAGE, re.MULTILINE) if name != "stripfold.paths"]

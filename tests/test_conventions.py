@@ -9,8 +9,9 @@ import pytest
 import xarray as xr
 
 import stripfold as sf
-from stripfold import store, sweep
-from stripfold.errors import InvalidInputError
+from stripfold.ask import sweep
+from stripfold.base.errors import InvalidInputError
+from stripfold.files import store
 from studies.common import dataset, variables
 
 # An environment made before the checker was locked does not have it.

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from oracles.moving import NONE, Pendulum, Small
-from stripfold.analysis.collapse import to_critical_point
-from stripfold.analysis.contact import touches
-from stripfold.analysis.release import ReleaseState
-from stripfold.analysis.static import StripModel
-from stripfold.errors import NewtonError, TimeStepError
-from stripfold.models.solid import Solid
+from stripfold.base.errors import NewtonError, TimeStepError
+from stripfold.follow.collapse import to_critical_point
+from stripfold.follow.contact import touches
+from stripfold.follow.release import ReleaseState
+from stripfold.follow.static import StripModel
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving, Nudge
 from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme, StepResult, StepStart
+from stripfold.strip.solid import Solid
 from studies.integrators import Bathe, GeneralisedAlpha
 from studies.modes import HeldStrip
 from studies.schemes import Oscillator

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ai_zeros
 
-from stripfold.analysis.static import StripModel, XRun, solve_height
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
+from stripfold.follow.static import StripModel, XRun, solve_height
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import EnergyMomentum
 from studies import lag, modes, schemes

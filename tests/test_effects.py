@@ -10,12 +10,12 @@ import pytest
 from scipy.integrate import cumulative_simpson
 
 from oracles.held_solid import arc
-from stripfold.effects import Hysteresis, Pull
-from stripfold.effects.hysteresis import integrals
-from stripfold.errors import InvalidInputError
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
-from stripfold.problem import AlongX, Lift, StripProblem
+from stripfold.base.errors import InvalidInputError
+from stripfold.strip.effects import Hysteresis, Pull
+from stripfold.strip.hysteresis import integrals
+from stripfold.strip.problem import AlongX, Lift, StripProblem
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 
 LENGTH, THICKNESS = 6.0, 0.1
 BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.analysis.contact_set import ROBUST_NEWTON
-from stripfold.analysis.static import StripModel, lift
-from stripfold.effects import Hysteresis, Pull
-from stripfold.problem import Lift, StripProblem
+from stripfold.follow.contact_set import ROBUST_NEWTON
+from stripfold.follow.static import StripModel, lift
 from stripfold.solve import newton
 from stripfold.solve.problem import Equilibrium
+from stripfold.strip.effects import Hysteresis, Pull
+from stripfold.strip.problem import Lift, StripProblem
 
 
 @pytest.fixture(scope="module")

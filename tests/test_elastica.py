@@ -11,9 +11,9 @@ from scipy.special import jv
 
 from oracles.shooting import assert_equilibrium, shoot
 from stripfold import elastica
+from stripfold.base.errors import InvalidInputError, NewtonError, SolveError
+from stripfold.base.material import Material
 from stripfold.elastica import fold
-from stripfold.errors import InvalidInputError, NewtonError, SolveError
-from stripfold.material import Material
 from studies.hard_cases.arch import column_buckling_length
 from tasks import textile
 

@@ -9,6 +9,7 @@ import pytest
 
 from starts import compute
 from stripfold import elastica
+from stripfold.base.errors import ContinuationError, NewtonError
 from stripfold.elastica import _continuation as continuation
 from stripfold.elastica import _events as events
 from stripfold.elastica import _starts as stored_starts
@@ -16,7 +17,6 @@ from stripfold.elastica import _system as system
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica.branch import points
 from stripfold.elastica.state import State
-from stripfold.errors import ContinuationError, NewtonError
 
 
 class TestOperators:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from plots import fabrics as figure
 from plotted import lines
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
 from studies import fabrics
 
 DATA = Path(__file__).parents[1] / "data"

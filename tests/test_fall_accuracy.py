@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from plots import fall_precision
-from stripfold import store
+from stripfold.files import store
 from studies import fall_accuracy
 
 ROD = {"model": "rod", "refinement": 2.0}

@@ -13,13 +13,13 @@ from matplotlib.colors import to_rgb
 
 import made_up
 import stripfold as sf
+from stripfold.ask.path_assessment import PathAssessment
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError
-from stripfold.path_assessment import PathAssessment
-from stripfold.plots import colours, readers
-from stripfold.plots import film as module
-from stripfold.plots.film import clock, film, frames, slowdown_of
-from stripfold.plots.style import styled
+from stripfold.draw import colours, readers
+from stripfold.draw import film as module
+from stripfold.draw.film import clock, film, frames, slowdown_of
+from stripfold.draw.style import styled
 
 FPS, SLOW, STATIC = 10, 0.5, 1.2
 """A short film: 1.2 s of statics and 2 s of fall at double speed, 2.2 s in all."""

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from stripfold import paths
-from stripfold.errors import NoPathError, SolveError
+from stripfold.base.errors import NoPathError, SolveError
 from studies import folding_plans as study
 
 SEED = 5

@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import contact_set, landing, path_statics, static
-from stripfold.analysis.assess import SNAP, assess_strip, grip_and_hold, lying_length
-from stripfold.analysis.contact_branch import BranchPoint, solved
-from stripfold.analysis.contact_events import reaction
-from stripfold.analysis.path_statics import StaticSegment, follow
-from stripfold.analysis.static import StripModel
-from stripfold.errors import SolveError
-from stripfold.models.contact_mesh import Topology
-from stripfold.moving_contact import MovingContact
+from stripfold.base.errors import SolveError
+from stripfold.follow import contact_set, landing, path_statics, static
+from stripfold.follow.assess import SNAP, assess_strip, grip_and_hold, lying_length
+from stripfold.follow.contact_branch import BranchPoint, solved
+from stripfold.follow.contact_events import reaction
+from stripfold.follow.path_statics import StaticSegment, follow
+from stripfold.follow.static import StripModel
 from stripfold.paths import rpath, table
 from stripfold.paths.curve import GripperPath, Interpolated, Piece, pieces_through
 from stripfold.paths.rpath import RPath
-from stripfold.problem import AlongPath, StripProblem
 from stripfold.solve import continuation, newton
 from stripfold.solve.problem import Point
+from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, StripProblem
 
 STRIP = StripModel(12.0, 0.06)
 ROD = replace(STRIP, kind="rod")

@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import elastica, store
-from stripfold.analysis import friction_boundary as module
-from stripfold.analysis.friction_boundary import THICKNESS, friction_boundary
-from stripfold.analysis.verdict import assess_path
+from stripfold import elastica
+from stripfold.ask import friction_boundary as module
+from stripfold.ask.friction_boundary import THICKNESS, friction_boundary
+from stripfold.ask.verdict import assess_path
+from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.material import Material
+from stripfold.files import store
 from stripfold.paths.curve import GripperPath, pieces_through
 from studies.motion_with_friction import TOUCH, Case, limit
 
@@ -26,7 +27,7 @@ COMMAND = ["map", "--length", "0.24", "--eta-b", "3780", "--rho-a", "0.2"]
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """To save time."""
     monkeypatch.setattr(module, "RATIO", 2.2)
-    monkeypatch.setattr("stripfold.analysis.gripper_map.GRID", (8, 3))
+    monkeypatch.setattr("stripfold.ask.gripper_map.GRID", (8, 3))
 
 
 def test_little_friction_delays_by_the_law() -> None:

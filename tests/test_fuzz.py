@@ -10,10 +10,10 @@ import time
 
 import pytest
 
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import COMMANDS
-from stripfold.errors import InvalidInputError
-from stripfold.vision import recording
-from stripfold.vision.recording import ManualOnset
+from stripfold.film import recording
+from stripfold.film.recording import ManualOnset
 from studies import fuzz
 from studies.fuzz import Case, Ending, Followed
 

@@ -7,8 +7,8 @@ import pytest
 
 from oracles.shooting import assert_equilibrium
 from stripfold import elastica
+from stripfold.base.errors import SolveError
 from stripfold.elastica import half_fold, point_contact
-from stripfold.errors import SolveError
 
 OFFSET = 1.099425
 """Free length of a half fold beyond half the strip, L*: docs/physics.md, section 4."""

@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from stripfold import elastica
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import GRAVITY
 from stripfold.cli import main
 from stripfold.elastica import hanging_loop
-from stripfold.errors import InvalidInputError
-from stripfold.material import GRAVITY
 
 SLOPES = {"heart": 0.5 * np.pi, "pear": -0.5 * np.pi}
 

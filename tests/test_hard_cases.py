@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import store
-from stripfold.analysis import critical_point
-from stripfold.analysis.prediction import ElasticaPrediction
-from stripfold.arrays import Array
-from stripfold.errors import CrushedError, InvalidInputError, NewtonError, StripfoldError
-from stripfold.inputs import Scene
-from stripfold.material import Material
-from stripfold.moving_contact import MovingContact
+from stripfold.ask import critical_point
+from stripfold.ask.inputs import Scene
+from stripfold.ask.prediction import ElasticaPrediction
+from stripfold.base.arrays import Array
+from stripfold.base.errors import CrushedError, InvalidInputError, NewtonError, StripfoldError
+from stripfold.base.material import Material
+from stripfold.files import store
+from stripfold.strip.moving_contact import MovingContact
 from studies.hard_cases import run as hard_cases
 from studies.hard_cases.case import Case, Finding, judge, refined
 

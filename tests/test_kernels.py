@@ -19,16 +19,16 @@ import pytest
 import stripfold
 from oracles.kernels import RodReference, SolidReference
 from stripfold import kernels
-from stripfold.effects import Hysteresis
-from stripfold.models.model import Model
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
-from stripfold.problem import Lift, StripProblem
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
+from stripfold.strip.effects import Hysteresis
+from stripfold.strip.model import Model
+from stripfold.strip.problem import Lift, StripProblem
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 
 SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "across": 2}}
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])

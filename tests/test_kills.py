@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from stripfold import store
+from stripfold.files import store
 from studies import kills
 from studies.common import dataset
 

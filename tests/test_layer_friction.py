@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from plots import layer_friction as figure
-from stripfold.analysis.path_in_time import PathInTime, follow_in_time, opened
-from stripfold.analysis.static import StripModel
-from stripfold.effects.layer_friction import SPRING, LayerFriction
+from stripfold.ask.simulation import Simulation
+from stripfold.base.errors import InvalidInputError
 from stripfold.elastica import folded_loop, half_fold_lying_length
-from stripfold.errors import InvalidInputError
-from stripfold.models.model import Model
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
+from stripfold.follow.path_in_time import PathInTime, follow_in_time, opened
+from stripfold.follow.static import StripModel
 from stripfold.paths.geometric import circular
-from stripfold.problem import AlongX, Opened, StripProblem
-from stripfold.simulation import Simulation
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
+from stripfold.strip.layer_friction import SPRING, LayerFriction
+from stripfold.strip.model import Model
+from stripfold.strip.problem import AlongX, Opened, StripProblem
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 from studies import layer_friction as study
 
 LENGTH, THICKNESS, MU = 10.0, 0.1, 0.4
@@ -214,7 +214,7 @@ def test_study_and_its_figure(fold: tuple[PathInTime, PathInTime], monkeypatch: 
 
 
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.analysis import collapse
+    from stripfold.follow import collapse
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
     found = collapse.run(Simulation(**strip))

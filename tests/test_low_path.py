@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from stripfold import Strip, elastica, paths
-from stripfold.analysis.assess import SNAP, Assessment, assess_strip, peak_forces, shape_error
-from stripfold.analysis.contact import columns_on_floor, touches
-from stripfold.analysis.static import StripModel
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
+from stripfold.follow.assess import SNAP, Assessment, assess_strip, peak_forces, shape_error
+from stripfold.follow.contact import columns_on_floor, touches
+from stripfold.follow.static import StripModel
 from stripfold.paths import low_path
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path

@@ -8,16 +8,17 @@ from math import isnan
 import numpy as np
 import pytest
 
-from stripfold.analysis import contact_set, verdict
-from stripfold.analysis.assess import assess_strip
-from stripfold.analysis.mesh_comparison import Events, another_mesh, compared
-from stripfold.analysis.static import StripModel
-from stripfold.analysis.verdict import assess_path
-from stripfold.errors import SolveError
-from stripfold.material import Material
-from stripfold.models.contact_mesh import Topology
+from stripfold.ask import verdict
+from stripfold.ask.mesh_comparison import Events, another_mesh, compared
+from stripfold.ask.verdict import assess_path
+from stripfold.base.errors import SolveError
+from stripfold.base.material import Material
+from stripfold.follow import contact_set
+from stripfold.follow.assess import assess_strip
+from stripfold.follow.static import StripModel
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
+from stripfold.strip.contact_mesh import Topology
 
 MATERIAL = Material(3780.0)
 UNIT = MATERIAL.gravity_length

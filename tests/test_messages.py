@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import stripfold as sf
-from stripfold.percent import Percent
+from stripfold.base.percent import Percent
 
 
 def percents(said: list[str], what: str) -> list[int]:
@@ -51,7 +51,7 @@ def test_so_do_a_map_and_a_sweep(tmp_path: Path):
     said: list[str] = []
     sf.Strip(length=0.3, eta_b=3780).map(progress=said.append)
     assert percents(said, "eigenvalues")[0] == 0
-    from stripfold import sweep
+    from stripfold.ask import sweep
 
     said.clear()
     sweep.run(

@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import contact_events, static
-from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
-from stripfold.analysis.path_friction import effects_of
-from stripfold.analysis.prediction import (
+from stripfold.ask.prediction import (
     ElasticaPrediction,
     end_of_advance,
     from_near_the_end,
     without_horizontal_force,
 )
-from stripfold.analysis.static import End, StripModel
-from stripfold.effects import BendingLaw, MomentCurvature
-from stripfold.errors import NewtonError, SolveError
-from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
-from stripfold.moving_contact import MovingContact
-from stripfold.problem import AlongX, TwoGrippers
+from stripfold.base.errors import NewtonError, SolveError
+from stripfold.follow import contact_events, static
+from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
+from stripfold.follow.path_friction import effects_of
+from stripfold.follow.static import End, StripModel
+from stripfold.strip.contact_mesh import ContactMesh, Sizes, Topology
+from stripfold.strip.effects import BendingLaw, MomentCurvature
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongX, TwoGrippers
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 
 MODELS = ("rod", "solid")
 LENGTH, HEIGHT = 20.0, 3.0

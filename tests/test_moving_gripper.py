@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.analysis import moving_gripper
-from stripfold.analysis.moving_gripper import DynamicSnap, static_limit
-from stripfold.analysis.static import StripModel, solve_height
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
+from stripfold.follow import moving_gripper
+from stripfold.follow.moving_gripper import DynamicSnap, static_limit
+from stripfold.follow.static import StripModel, solve_height
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Nudge
 from stripfold.solve.schemes import Damping

@@ -12,16 +12,16 @@ import yaml
 from PIL import Image
 
 import made_up
-from stripfold import schema, store
+from stripfold.base.validation import read_yaml
 from stripfold.cli import main
-from stripfold.plots import film
-from stripfold.plots.save import save_as
-from stripfold.plots.style import figure
+from stripfold.draw import film
+from stripfold.draw.save import save_as
+from stripfold.draw.style import figure
+from stripfold.files import schema, store
+from stripfold.files.tables import read_table
+from stripfold.film import video
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.video import encode
-from stripfold.tables import read_table
-from stripfold.validation import read_yaml
-from stripfold.vision import video
 from test_vision_recording import ENTRIES
 
 HOSTILE = {

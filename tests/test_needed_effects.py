@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import needed_effects
-from stripfold.errors import InvalidInputError
-from stripfold.models.model_error import model_error
-from stripfold.simulation import Effects, Simulation
+from stripfold.ask.model_error import model_error
+from stripfold.ask.simulation import Effects, Simulation
+from stripfold.base.errors import InvalidInputError
+from stripfold.follow import needed_effects
 from studies import effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 import yaml
 
+from stripfold.ask.inputs import Scene
+from stripfold.ask.simulation import Simulation
 from stripfold.cli import main
-from stripfold.inputs import Scene
-from stripfold.simulation import Simulation
+from stripfold.film import recording
 from stripfold.synthetic import scene as synthetic
-from stripfold.vision import recording
 
 ROOT = Path(__file__).resolve().parents[1]
 FILMED = "filming: {size: [160, 120], frame_rate: 5.0, views: 4}\nspeed: 0.03\nmotion: {before: 0.008, after: 0.3}\n"

@@ -13,9 +13,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from stripfold import cli, extras, store
-from stripfold.errors import InvalidInputError, MissingExtraError
-from stripfold.vision import video
+from stripfold import cli
+from stripfold.base import extras
+from stripfold.base.errors import InvalidInputError, MissingExtraError
+from stripfold.files import store
+from stripfold.film import video
 
 ROOT = Path(__file__).parents[1]
 
@@ -76,7 +78,7 @@ def test_the_version_is_that_of_the_tag(tmp_path: Path):
 
 
 def test_an_installed_copy_knows_its_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(store, "__file__", str(tmp_path / "store.py"))
+    monkeypatch.setattr(store, "__file__", str(tmp_path / "files" / "store.py"))
     assert store.git_commit(tmp_path) == "unknown"
     (tmp_path / "commit.txt").write_text("abc123\n")
     assert store.git_commit(tmp_path) == "abc123"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.analysis import assess
-from stripfold.analysis.contact_branch import Planned
-from stripfold.analysis.static import StripModel
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
+from stripfold.follow import assess
+from stripfold.follow.contact_branch import Planned
+from stripfold.follow.static import StripModel
 from stripfold.paths import geometric, rpath
 from studies import random_paths, rpaths
 from tasks import friction

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from stripfold import elastica
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
 from stripfold.paths import geometric, low_path, rpath
 from stripfold.paths import table as path_table
 from stripfold.paths.rpath import RPath

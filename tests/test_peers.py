@@ -12,8 +12,9 @@ import pytest
 import xarray as xr
 
 from plots import peers as plot
-from stripfold import elastica, store
-from stripfold.analysis.static import StripModel
+from stripfold import elastica
+from stripfold.files import store
+from stripfold.follow.static import StripModel
 from studies import peers, peers_ours
 from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
 from studies.summary import facts_paths

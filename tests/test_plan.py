@@ -13,17 +13,17 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.analysis import path_choice, planned_motion
-from stripfold.analysis.friction_needed import lost_with
-from stripfold.analysis.gripper_map import gripper_map
-from stripfold.analysis.verdict import Verdict, assess_path
+from stripfold.ask import path_choice, planned_motion
+from stripfold.ask.folding_plan import FoldingPlan
+from stripfold.ask.friction_needed import lost_with
+from stripfold.ask.gripper_map import gripper_map
+from stripfold.ask.verdict import Verdict, assess_path
+from stripfold.base.errors import InvalidInputError, NoPathError, SolveError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError, NoPathError, SolveError
-from stripfold.folding_plan import FoldingPlan
+from stripfold.draw.plan import distances_along
 from stripfold.paths.curve import polygon_length
 from stripfold.paths.geometric import triangular
 from stripfold.paths.motion import timed
-from stripfold.plots.plan import distances_along
 
 ETA_B = 3780.0
 LIMIT = 1.5861708

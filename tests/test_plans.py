@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.material import Material
+from stripfold.base.material import Material
 from tasks import plans
 
 

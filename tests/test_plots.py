@@ -32,10 +32,10 @@ from plots.models import plain_numbers
 from plots.pieces import look
 from plots.readers import branch, evenly
 from plotted import colours, drawn, labelled, legend_texts, lines, named, notes
-from stripfold.errors import InvalidInputError
-from stripfold.plots import colours as palette
-from stripfold.plots.save import save, save_as
-from stripfold.plots.style import figure
+from stripfold.base.errors import InvalidInputError
+from stripfold.draw import colours as palette
+from stripfold.draw.save import save, save_as
+from stripfold.draw.style import figure
 
 USERS = {"svg.hashsalt": "other", "savefig.dpi": 50, "svg.fonttype": "none", "font.size": 33.0, "axes.edgecolor": "red"}
 """Settings of a user, which must not matter."""
@@ -76,8 +76,8 @@ class TestTable:
         code = (
             "import sys, plots; assert 'matplotlib' not in sys.modules\n"
             "from importlib import import_module\n"
-            "for name in ('film', 'collapse_curve', 'results', 'save'): import_module(f'stripfold.plots.{name}')\n"
-            "assert not any(name.startswith('stripfold.vision') for name in sys.modules)\n"
+            "for name in ('film', 'collapse_curve', 'results', 'save'): import_module(f'stripfold.draw.{name}')\n"
+            "assert not any(name.startswith('stripfold.film') for name in sys.modules)\n"
             "for name in plots.FIGURES: import_module(f'plots.{name}')\n"
             "sys.exit('matplotlib.pyplot' in sys.modules)"
         )

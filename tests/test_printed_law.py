@@ -7,7 +7,7 @@ import pytest
 
 from plots import printed_law
 from plotted import lines
-from stripfold.models.laws import LAWS
+from stripfold.strip.laws import LAWS
 from studies import printed_law as study
 
 

@@ -17,15 +17,16 @@ from scipy.interpolate import CubicSpline
 
 from second_generator import recording as chain
 from stripfold import elastica
-from stripfold.analysis import critical_point, moving_gripper
-from stripfold.analysis.critical_point import CriticalResult
-from stripfold.errors import InvalidInputError
-from stripfold.material import Material
+from stripfold.ask import critical_point
+from stripfold.ask.critical_point import CriticalResult
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import Material
+from stripfold.film import eta_motion
+from stripfold.follow import moving_gripper
 from stripfold.synthetic import dynamics
 from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.synthetic.view import View
-from stripfold.vision import eta_motion
 from studies import recordings, recordings_accuracy, recordings_common
 from studies import recordings_design as design
 from tasks import recordings as tasks_recordings
@@ -66,7 +67,7 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     found = dynamics.history(scene)
     assert isinstance(found, History)
     clock = sqrt(UNIT / 9.81)
-    from stripfold.analysis.static import StripModel
+    from stripfold.follow.static import StripModel
     from stripfold.solve.schemes import Damping
 
     strip = StripModel(16.0, Material(3780.0).relative_thickness)
@@ -233,7 +234,7 @@ def test_design() -> None:
 
 def test_frames_are_the_first_that_at_the_onset_and_the_last(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     film = [SimpleNamespace(time=0.1 * i, image=np.full((2, 3), i, dtype=np.uint8)) for i in range(20)]
-    monkeypatch.setattr("stripfold.vision.video.read", lambda path: nullcontext(film))
+    monkeypatch.setattr("stripfold.film.video.read", lambda path: nullcontext(film))
     measured = xr.Dataset({"event_time": 1.22}, attrs={"recording": "a"})
     found = tasks_recordings.frames(tmp_path, measured)
     assert found["frame"].values[:, 1, 2].tolist() == [0, 12, 19]

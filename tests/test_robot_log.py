@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError
+from stripfold.files.tables import read_table
 from stripfold.paths import FoldPath
 from stripfold.paths.robot_log import LogFormat, smoothed
-from stripfold.tables import read_table
 
 STRIP = sf.Strip(length=0.45, eta_b=3780.0)
 ASKED = ["--length", "0.45", "--eta-b", "3780", "--model", "rod"]

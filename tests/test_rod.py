@@ -10,14 +10,14 @@ import pytest
 from scipy.linalg import eigh
 
 from stripfold import elastica
-from stripfold.effects import Hysteresis, Pull
-from stripfold.errors import InvalidInputError
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
+from stripfold.base.errors import InvalidInputError
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.schemes import Damping, EnergyMomentum
+from stripfold.strip.effects import Hysteresis, Pull
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 from studies.modes import HeldStrip
 
 LENGTH, THICKNESS = 6.0, 0.1

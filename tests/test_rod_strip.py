@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import critical_point as critical
-from stripfold.analysis.static import End, StripModel
+from stripfold.ask import critical_point as critical
+from stripfold.ask.inputs import Scene
+from stripfold.ask.simulation import Simulation
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import Scene
-from stripfold.simulation import Simulation
+from stripfold.follow.static import End, StripModel
 
 
 class TestCriticalPoint:

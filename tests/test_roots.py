@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.roots import root
+from stripfold.base.roots import root
 
 CASES = {
     "smooth": (lambda x: np.cos(x) - x, 0.0, 1.0, 0.7390851332151607),

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from stripfold import schema
-from stripfold.errors import StripfoldError
-from stripfold.material import Material
+from stripfold.base.errors import StripfoldError
+from stripfold.base.material import Material
+from stripfold.files import schema
 
 MATERIAL = Material(eta_b=3780.0, rho_a=0.2)
 

@@ -10,13 +10,13 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import stripfold as sf
-from stripfold import store
-from stripfold.analysis.second_gripper import before_snap, hold, stable_advance
-from stripfold.analysis.static import End, StripModel, XRun
-from stripfold.arrays import Array
+from stripfold.ask.second_gripper import before_snap, hold, stable_advance
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError
-from stripfold.problem import AlongX, TwoGrippers
+from stripfold.files import store
+from stripfold.follow.static import End, StripModel, XRun
+from stripfold.strip.problem import AlongX, TwoGrippers
 from studies import second_gripper
 
 ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]

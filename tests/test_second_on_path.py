@@ -12,13 +12,13 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.analysis.second_gripper import before_snap, hold
-from stripfold.analysis.second_on_path import second_on_path
-from stripfold.analysis.static import End, StripModel
+from stripfold.ask.second_gripper import before_snap, hold
+from stripfold.ask.second_on_path import second_on_path
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.errors import InvalidInputError
-from stripfold.material import Material
+from stripfold.follow.static import End, StripModel
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import circular, triangular
 

@@ -7,18 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.arrays import Array
-from stripfold.effects import proximity
-from stripfold.effects.proximity import Pairs
-from stripfold.effects.self_contact import SelfContact, pair_energy, pair_force
-from stripfold.errors import NewtonError
-from stripfold.models.rod import Rod
-from stripfold.problem import AlongX, StripProblem
+from stripfold.base.arrays import Array
+from stripfold.base.errors import NewtonError
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Sparse
 from stripfold.solve.schemes import Damping, EnergyMomentum
+from stripfold.strip import proximity
+from stripfold.strip.problem import AlongX, StripProblem
+from stripfold.strip.proximity import Pairs
+from stripfold.strip.rod import Rod
+from stripfold.strip.self_contact import SelfContact, pair_energy, pair_force
 
 H = 0.1
 

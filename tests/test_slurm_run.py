@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from stripfold import store
+from stripfold.files import store
 from studies import slurm_run
 from studies.common import dataset
 

@@ -8,7 +8,7 @@ import skfem
 
 from oracles.held_solid import HeldSolid, arc, clamped, column, interpolant
 from oracles.nodal import Nodal
-from stripfold.models.solid import Solid
+from stripfold.strip.solid import Solid
 
 LENGTH, THICKNESS, NU = 2.0, 0.5, 0.3
 

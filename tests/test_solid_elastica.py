@@ -13,10 +13,10 @@ from scipy.optimize import brentq
 
 from oracles.held_solid import clamped
 from stripfold import elastica
-from stripfold.analysis import static
-from stripfold.models.solid import Solid
-from stripfold.problem import AlongX, StripProblem
+from stripfold.follow import static
 from stripfold.solve import newton
+from stripfold.strip.problem import AlongX, StripProblem
+from stripfold.strip.solid import Solid
 from studies.hard_cases.arch import column_buckling_length
 
 

@@ -10,9 +10,9 @@ from skfem.helpers import dot, mul
 
 from oracles.held_solid import HeldSolid, arc, column, interpolant
 from oracles.nodal import Nodal
-from stripfold.models import element_integrals
-from stripfold.models.solid import Solid
-from stripfold.models.strip_mesh import build
+from stripfold.strip import element_integrals
+from stripfold.strip.solid import Solid
+from stripfold.strip.strip_mesh import build
 
 LENGTH, THICKNESS = 2.4, 0.5
 ELEMENTS = np.array([0.0, 0.4, 0.7, 1.3, 1.9, 2.4])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oracles.reference_forms import Reference
-from stripfold.models.solid import Solid
+from stripfold.strip.solid import Solid
 
 THICKNESS = 0.3
 ELEMENTS = np.array([0.0, 0.4, 0.7, 1.3, 1.9, 2.4])

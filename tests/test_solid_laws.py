@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.models import laws
-from stripfold.models.laws import LAWS, Lame
+from stripfold.strip import laws
+from stripfold.strip.laws import LAWS, Lame
 
 LAME = Lame.from_young(1.7, 0.3)
 RNG = np.random.default_rng(7)

@@ -13,7 +13,7 @@ import pytest
 
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss, branches, breaking, opening
-from stripfold.errors import ContinuationError, NewtonError
+from stripfold.base.errors import ContinuationError, NewtonError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import critical_point

@@ -12,7 +12,7 @@ import pytest
 from oracles import lee_frame
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss, breaking, opening, with_bystander
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions

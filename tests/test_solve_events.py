@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from oracles.toys import NONE, Truss
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import critical_point

@@ -9,7 +9,7 @@ import pytest
 
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss
-from stripfold.errors import NewtonError, SolveError
+from stripfold.base.errors import NewtonError, SolveError
 from stripfold.solve import continuation, critical, limit_point
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions

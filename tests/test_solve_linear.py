@@ -8,10 +8,10 @@ import scipy.linalg
 
 from oracles.dense import Dense
 from oracles.toys import Toy
-from stripfold.errors import SolveError
-from stripfold.models.solid import Solid
+from stripfold.base.errors import SolveError
 from stripfold.solve.linear import Band, BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
+from stripfold.strip.solid import Solid
 
 SIZE, NODES = 60, 5
 

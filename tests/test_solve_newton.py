@@ -10,12 +10,12 @@ import pytest
 from oracles.held_solid import arc, clamped
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss, breaking, complementary, linear
-from stripfold.arrays import Array, Index
-from stripfold.errors import NewtonError
-from stripfold.models.solid import Solid
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import NewtonError
 from stripfold.solve import newton
 from stripfold.solve.newton import Constraint, NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem
+from stripfold.strip.solid import Solid
 
 FREE = NewtonOptions(largest_step=np.inf)
 TIGHT = NewtonOptions(largest_step=np.inf, force_tolerance=1e-10)

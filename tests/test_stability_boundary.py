@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end, snap
-from stripfold.analysis.stability_boundary import stability_boundary
-from stripfold.analysis.static import StripModel, solve_height
-from stripfold.errors import SolveError
+from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end, snap
+from stripfold.ask.stability_boundary import stability_boundary
+from stripfold.base.errors import SolveError
+from stripfold.follow.static import StripModel, solve_height
 
 LENGTH = 14.0
 

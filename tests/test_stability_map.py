@@ -12,14 +12,14 @@ import xarray as xr
 import stripfold as sf
 from plots import stability_map as figure
 from stripfold import elastica
-from stripfold.analysis.gripper_map import GripperMap, gripper_map
-from stripfold.analysis.path_statics import follow
-from stripfold.analysis.static import StripModel, solve_height
+from stripfold.ask.gripper_map import GripperMap, gripper_map
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.elastica.boundary import TAUT
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
 from stripfold.elastica.second_variation import smallest_eigenvalue
-from stripfold.errors import InvalidInputError
+from stripfold.follow.path_statics import follow
+from stripfold.follow.static import StripModel, solve_height
 from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.paths.low_path import low
 from studies import stability_map as study
@@ -37,7 +37,7 @@ def found() -> GripperMap:
 @pytest.fixture(autouse=True)
 def small_grid(monkeypatch) -> None:
     """To save time."""
-    monkeypatch.setattr("stripfold.analysis.gripper_map.GRID", (30, 5))
+    monkeypatch.setattr("stripfold.ask.gripper_map.GRID", (30, 5))
 
 
 def test_boundaries_against_states_found_alone(found: GripperMap) -> None:

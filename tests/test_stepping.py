@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import contact_branch, contact_events, path_friction
-from stripfold.analysis.assess import shape_error
-from stripfold.analysis.contact_branch import BranchCrossing, BranchPoint
-from stripfold.analysis.path_friction import (
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError, LostStabilityError, SolveError
+from stripfold.base.material import Material
+from stripfold.follow import contact_branch, contact_events, path_friction
+from stripfold.follow.assess import shape_error
+from stripfold.follow.contact_branch import BranchCrossing, BranchPoint
+from stripfold.follow.path_friction import (
     Step,
     effects_of,
     load_incrementally,
@@ -22,20 +25,17 @@ from stripfold.analysis.path_friction import (
     steps_on,
     with_effects,
 )
-from stripfold.analysis.static import StripModel, lift, solve_height
-from stripfold.arrays import Array
-from stripfold.effects import Effect, Hysteresis, Pull
-from stripfold.errors import InvalidInputError, LostStabilityError, SolveError
-from stripfold.material import Material
-from stripfold.models.contact_mesh import Topology
-from stripfold.models.model import Model
-from stripfold.moving_contact import MovingContact
+from stripfold.follow.static import StripModel, lift, solve_height
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import half_fold, plan_r_path
-from stripfold.problem import AlongPath, AlongX, Lift
 from stripfold.solve import continuation
 from stripfold.solve.events import Event, never
+from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.effects import Effect, Hysteresis, Pull
+from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Lift
 from tasks import friction
 from tasks.friction import Run, Sample
 

@@ -14,8 +14,8 @@ import pytest
 import xarray as xr
 
 import stripfold
-from stripfold import store
-from stripfold.errors import InvalidInputError, StripfoldError
+from stripfold.base.errors import InvalidInputError, StripfoldError
+from stripfold.files import store
 
 
 def example() -> xr.Dataset:

@@ -11,16 +11,16 @@ import yaml
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
-from stripfold.analysis import static
-from stripfold.analysis.collapse import node_weights
-from stripfold.analysis.contact_events import clearance
-from stripfold.analysis.critical_point import find
-from stripfold.analysis.static import End, StripModel
-from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
-from stripfold.inputs import Scene
-from stripfold.material import Material
-from stripfold.problem import AlongX, StripProblem
+from stripfold.ask.critical_point import find
+from stripfold.ask.inputs import Scene
+from stripfold.base.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
+from stripfold.base.material import Material
+from stripfold.follow import static
+from stripfold.follow.collapse import node_weights
+from stripfold.follow.contact_events import clearance
+from stripfold.follow.static import End, StripModel
 from stripfold.solve import newton
+from stripfold.strip.problem import AlongX, StripProblem
 from studies import branches
 from tasks import x_axis as xaxis
 from tasks.branch_checks import check_branch

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stripfold.errors import StripfoldError
+from stripfold.base.errors import StripfoldError
 from studies import common
 
 

@@ -12,10 +12,10 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-import stripfold.material
+import stripfold.base.material
 from plots import gallery_markdown
-from stripfold import store
 from stripfold.cli import COMMANDS
+from stripfold.files import store
 from studies import physics_tables
 from studies.accuracy import presets
 from studies.schemes import CONSERVING, DEFAULT
@@ -820,7 +820,7 @@ def test_texts_quote_what_is_stored() -> None:
 
 
 def test_material_examples_run() -> None:
-    assert doctest.testmod(stripfold.material).failed == 0
+    assert doctest.testmod(stripfold.base.material).failed == 0
 
 
 def test_pages_show_figures_that_exist() -> None:

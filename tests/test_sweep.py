@@ -15,12 +15,12 @@ import pytest
 import xarray as xr
 import yaml
 
-from stripfold import store, sweep
-from stripfold.analysis import critical_point
+from stripfold.ask import critical_point, sweep
+from stripfold.ask.inputs import Scene
+from stripfold.ask.results import CriticalPoint
+from stripfold.base.errors import InvalidInputError, SolveError, StripfoldError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError, SolveError, StripfoldError
-from stripfold.inputs import Scene
-from stripfold.results import CriticalPoint
+from stripfold.files import store
 from studies import sweeps
 
 STRIP = {"length": 0.6, "eta_b": 3780.0, "height": 0.09, "model": "elastica"}
@@ -129,7 +129,7 @@ def test_a_failed_case_is_no_data(monkeypatch):
 def workers(process: int) -> set[int]:
     """The processes that solve for a sweep: its children, but git."""
     found = map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split())
-    return {child for child in found if b"stripfold.sweep" in Path(f"/proc/{child}/cmdline").read_bytes()}
+    return {child for child in found if b"stripfold.ask.sweep" in Path(f"/proc/{child}/cmdline").read_bytes()}
 
 
 several = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: one process")

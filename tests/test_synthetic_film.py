@@ -10,7 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.film import video
+from stripfold.film.boards import detect, dictionary
 from stripfold.synthetic import render
 from stripfold.synthetic.calibration import Calibration
 from stripfold.synthetic.canvas import Canvas
@@ -21,8 +23,6 @@ from stripfold.synthetic.scene import Filming, Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.video import encode, tick, timeline
 from stripfold.synthetic.view import Rays, View, rotation_vector
-from stripfold.vision import video
-from stripfold.vision.boards import detect, dictionary
 
 # Only the strip's edge is lit, nothing is out of focus, nothing is noisy.
 BARE = {"background": 0.0, "table": 0.0, "light": 1.0, "gradient": 0.0, "defocus": 0.0, "size": [320, 240]}

@@ -11,9 +11,12 @@ import pytest
 import yaml
 from scipy.integrate import odeint
 
-from stripfold import cli, store
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
+from stripfold import cli
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.files import store
+from stripfold.film import snap
+from stripfold.film.recording import Entries
 from stripfold.synthetic import shapes
 from stripfold.synthetic.history import STATIONS
 from stripfold.synthetic.laws import solve
@@ -21,8 +24,6 @@ from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import DynamicsMotion, Scene, ShapesMotion, read
 from stripfold.synthetic.sensor import Sensor
-from stripfold.vision import snap
-from stripfold.vision.recording import Entries
 
 
 @pytest.mark.parametrize("law", ["parabolic", "cubic", "power", "two_modes"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.errors import InvalidInputError
-from stripfold.material import Material
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import Material
 from tasks import textile
 
 TABLE = Path(__file__).parents[1] / "data" / "textile_moment_curvature.csv"

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import elastica, store
+from stripfold import elastica
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError
+from stripfold.files import store
 
 STRIP = sf.Strip(length=0.6, eta_b=3780.0)
 

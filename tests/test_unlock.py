@@ -14,7 +14,7 @@ import yaml
 
 import evidence
 import unlock
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
 from studies import kills
 
 ROOT = Path(__file__).parents[1]

@@ -11,9 +11,9 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.analysis.verdict import assess_path
+from stripfold.ask.verdict import assess_path
+from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.material import Material
 from stripfold.paths import geometric, low_path
 
 MATERIAL = Material(5000.0)

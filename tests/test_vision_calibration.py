@@ -12,14 +12,14 @@ from PIL import Image
 
 import boards_seen as seen
 from plots import calibration as plot
-from stripfold.arrays import Array
-from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.store import write
-from stripfold.vision import boards, intrinsics
-from stripfold.vision.boards import Board, Refinement, detect
-from stripfold.vision.camera import read_camera
-from stripfold.vision.intrinsics import View
-from stripfold.vision.pictures import read_calibration_picture
+from stripfold.base.arrays import Array
+from stripfold.base.errors import CalibrationError, InvalidInputError
+from stripfold.files.store import write
+from stripfold.film import boards, intrinsics
+from stripfold.film.boards import Board, Refinement, detect
+from stripfold.film.camera import read_camera
+from stripfold.film.intrinsics import View
+from stripfold.film.pictures import read_calibration_picture
 from studies import calibration as study
 
 TURN, SHIFT = np.array([0.25, -0.3, 0.1]), np.array([-0.12, -0.07, 0.42])

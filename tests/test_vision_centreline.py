@@ -17,10 +17,10 @@ from scipy.sparse.csgraph import dijkstra
 import drawn_strips as drawn
 from oracles import sections as oracle
 from stripfold import elastica
-from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.vision import cross_sections as sections
-from stripfold.vision import pictures, segmentation, smoothing
-from stripfold.vision.centreline import Centreline, find
+from stripfold.base.errors import InvalidInputError, TrackingError
+from stripfold.film import cross_sections as sections
+from stripfold.film import pictures, segmentation, smoothing
+from stripfold.film.centreline import Centreline, find
 
 SIZE = (640, 400)
 LOOKS = {

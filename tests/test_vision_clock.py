@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError, SynchronisationError
-from stripfold.vision import clock
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError, SynchronisationError
+from stripfold.film import clock
 
 PIXEL = 5e-4
 """m."""

@@ -16,12 +16,13 @@ from scipy.integrate import solve_bvp
 
 import drawn_strips as drawn
 import stripfold as sf
-from stripfold import elastica, store
+from stripfold import elastica
+from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.vision import cantilever, eta, eta_figure
-from stripfold.vision.pictures import read_grey
-from stripfold.vision.residuals import correlation_length
+from stripfold.files import store
+from stripfold.film import cantilever, eta, eta_figure
+from stripfold.film.pictures import read_grey
+from stripfold.film.residuals import correlation_length
 from studies import centrelines, eta_pictures
 
 FLAT = eta_pictures.FLAT

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis.moving_gripper import static_limit
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import MeasurementError
+from stripfold.base.material import GRAVITY, Material
 from stripfold.elastica import with_friction
 from stripfold.elastica.branch import state_at_advance
-from stripfold.errors import MeasurementError
-from stripfold.material import GRAVITY, Material
-from stripfold.vision import eta_motion
-from stripfold.vision.camera import Camera
-from stripfold.vision.eta_motion import MotionEtaB
-from stripfold.vision.mapping import Mapping
-from stripfold.vision.recording import Entries, Recording
+from stripfold.film import eta_motion
+from stripfold.film.camera import Camera
+from stripfold.film.eta_motion import MotionEtaB
+from stripfold.film.mapping import Mapping
+from stripfold.film.recording import Entries, Recording
+from stripfold.follow.moving_gripper import static_limit
+from stripfold.follow.static import StripModel
 
 ETA_B, LENGTH, FLAT_END = 3780.0, 0.45, -0.2
 UNIT = Material(ETA_B).gravity_length

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from filmed import exposed, marker_picture
-from stripfold.arrays import Array, Picture
-from stripfold.errors import TrackingError
-from stripfold.vision import boards, gripper
-from stripfold.vision.frames import Frame
-from stripfold.vision.marker import Marker
+from stripfold.base.arrays import Array, Picture
+from stripfold.base.errors import TrackingError
+from stripfold.film import boards, gripper
+from stripfold.film.frames import Frame
+from stripfold.film.marker import Marker
 
 A4 = boards.dictionary("4x4_50")
 SIZE = (180, 150)

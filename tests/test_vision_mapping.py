@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 import boards_seen as seen
-from stripfold.arrays import Array
-from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.vision import calibration, intrinsics, recording
-from stripfold.vision.boards import Board
-from stripfold.vision.calibration import Calibration, assemble, calibrate_folder
-from stripfold.vision.camera import Camera
-from stripfold.vision.mapping import Mapping, fit_similarity, scale, transform
-from stripfold.vision.marker import Marker
-from stripfold.vision.recording import Entries
-from stripfold.vision.robot_grid import Stops, find_stops
+from stripfold.base.arrays import Array
+from stripfold.base.errors import CalibrationError, InvalidInputError
+from stripfold.film import calibration, intrinsics, recording
+from stripfold.film.boards import Board
+from stripfold.film.calibration import Calibration, assemble, calibrate_folder
+from stripfold.film.camera import Camera
+from stripfold.film.mapping import Mapping, fit_similarity, scale, transform
+from stripfold.film.marker import Marker
+from stripfold.film.recording import Entries
+from stripfold.film.robot_grid import Stops, find_stops
 
 PLACES = np.array([[0.2, 0.12], [0.4, 0.22], [0.6, 0.35], [0.5, 0.08], [0.25, 0.4]])
 IDEAL = Camera(np.array([[800.0, 0.0, 319.5], [0.0, 800.0, 239.5], [0.0, 0.0, 1.0]]), np.zeros(5), (640, 480))

@@ -18,29 +18,21 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import cli, elastica, store
-from stripfold.arrays import Array, Mask
-from stripfold.errors import InvalidInputError, MeasurementError, TrackingError
-from stripfold.material import GRAVITY, Material
-from stripfold.measured import RecordingMeasurement
+from stripfold import cli, elastica
+from stripfold.base.arrays import Array, Mask
+from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
+from stripfold.base.material import GRAVITY, Material
+from stripfold.files import store
+from stripfold.film import measure, measurement, measurement_figure, recording, report, report_pictures, snap, video
+from stripfold.film.calibration import Calibration, calibrate_folder
+from stripfold.film.camera_motion import Shift
+from stripfold.film.measured import RecordingMeasurement
+from stripfold.film.measurement import Measurement
+from stripfold.film.model import model_value
+from stripfold.film.recording import Entries, ManualOnset, Recording
+from stripfold.film.tracking import Tracks, track
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import (
-    measure,
-    measurement,
-    measurement_figure,
-    recording,
-    report,
-    report_pictures,
-    snap,
-    video,
-)
-from stripfold.vision.calibration import Calibration, calibrate_folder
-from stripfold.vision.camera_motion import Shift
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.model import model_value
-from stripfold.vision.recording import Entries, ManualOnset, Recording
-from stripfold.vision.tracking import Tracks, track
 from studies.recordings_common import event_of
 
 Made = tuple[Recording, Calibration, Tracks]

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 import yaml
 
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.validation import MOST_BYTES
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError
-from stripfold.validation import MOST_BYTES
-from stripfold.vision import recording
+from stripfold.film import recording
 
 ENTRIES: dict[str, Any] = {
     "title": "a made-up strip",

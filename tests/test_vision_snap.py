@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.vision import measure, snap
+from stripfold.film import measure, snap
 
 TOUCH, TIME = 2.6, 0.12
 SLOW, FAST = 0.01, 0.81

@@ -10,11 +10,11 @@ import pytest
 from scipy import ndimage
 
 from filmed import exposed, landscape
-from stripfold.arrays import Array, Picture
-from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.vision.frames import Frame
-from stripfold.vision.gripper import GripperTracker, Track, interpolate_gaps
-from stripfold.vision.template import Template
+from stripfold.base.arrays import Array, Picture
+from stripfold.base.errors import InvalidInputError, TrackingError
+from stripfold.film.frames import Frame
+from stripfold.film.gripper import GripperTracker, Track, interpolate_gaps
+from stripfold.film.template import Template
 
 SIZE = 240, 180
 BOX = (61, 42, 44, 36)

@@ -13,17 +13,17 @@ from scipy.spatial import cKDTree
 
 from oracles import following as oracle
 from stripfold import kernels
-from stripfold.arrays import Array, Picture
-from stripfold.errors import TrackingError
+from stripfold.base.arrays import Array, Picture
+from stripfold.base.errors import TrackingError
+from stripfold.film import cross_sections, following, strip_tracker, tracking
+from stripfold.film.centreline import Centreline
+from stripfold.film.frames import Frame
+from stripfold.film.mapping import Mapping
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
-from stripfold.vision import cross_sections, following, strip_tracker, tracking
-from stripfold.vision.centreline import Centreline
-from stripfold.vision.frames import Frame
-from stripfold.vision.mapping import Mapping
 
 PERIOD = 1.0 / 20.0
 STRIP = 0.45

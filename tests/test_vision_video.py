@@ -20,8 +20,8 @@ import numpy as np
 import pytest
 
 from filmed import CONTAINERS, landscape, write_video
-from stripfold.errors import InvalidInputError
-from stripfold.vision import decoding, frames, thumbnails, timing, video
+from stripfold.base.errors import InvalidInputError
+from stripfold.film import decoding, frames, thumbnails, timing, video
 
 BASE = Fraction(1, 600)
 STAMPS = [0, 20, 41, 60, 80, 140, 160, 181, 200, 220]

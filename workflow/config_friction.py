@@ -8,8 +8,8 @@ from pydantic import Field
 
 from config_motion import AirStar, SpeedStar, StiffnessStar
 from config_quantities import HeightStar, LengthStar, Refinement, Share, Step, Thickness
-from stripfold.inputs import MAX_MU
-from stripfold.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, quantity
+from stripfold.ask.inputs import MAX_MU
+from stripfold.base.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, quantity
 
 Moment = Annotated[Number, quantity("M_0 of a bending hysteresis", "rho_a g L*^2", ge=0.0)]
 Mu = Annotated[Number, quantity("coefficient of friction", ge=0.0, le=MAX_MU)]

@@ -8,10 +8,10 @@ from pydantic import Field, model_validator
 
 from config_quantities import HeightStar, LengthStar, OneOrTwo, Refinement, Speed, Step
 from config_studies import Studies
-from stripfold.errors import MISSING, InvalidInputError
-from stripfold.inputs import Accuracy, EtaB, EtaM, Gravity, Law, Length, Nu, RhoA
-from stripfold.material import GRAVITY
-from stripfold.validation import AtLeastOne, Distinct, Input, Number, Text, quantity
+from stripfold.ask.inputs import Accuracy, EtaB, EtaM, Gravity, Law, Length, Nu, RhoA
+from stripfold.base.errors import MISSING, InvalidInputError
+from stripfold.base.material import GRAVITY
+from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, quantity
 
 
 class Solid(Input):

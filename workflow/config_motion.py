@@ -7,9 +7,9 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from config_quantities import HeightStar, LengthStar, OneStrip, Refinement, Repeats, Thickness, Tolerance
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import MovingModel
-from stripfold.validation import AtLeastOne, AtLeastThree, AtLeastTwo, Input, Number, Text, Whole, quantity
+from stripfold.ask.inputs import MovingModel
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.validation import AtLeastOne, AtLeastThree, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 SpeedStar = Annotated[Number, quantity("speed of the gripper", "sqrt(g L*)", gt=0.0)]
 Disturbance = Annotated[Number, quantity("largest initial speed along the critical eigenvector", "sqrt(g L*)")]

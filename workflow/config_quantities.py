@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from stripfold.validation import Input, Number, Whole, quantity
+from stripfold.base.validation import Input, Number, Whole, quantity
 
 OneOrTwo = Annotated[Whole, quantity("1 or 2", ge=1, le=2)]
 LengthStar = Annotated[Number, quantity("length of the strip", "L*", gt=0.0)]

@@ -34,9 +34,9 @@ from config_quantities import (
     Thickness,
     Tolerance,
 )
-from stripfold.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
-from stripfold.simulation import Release
-from stripfold.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
+from stripfold.ask.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
+from stripfold.ask.simulation import Release
+from stripfold.base.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 Parts = Annotated[Whole, quantity("parts of each element", ge=1)]
 Distance = Annotated[Number, quantity("distance to lambda_c", "L*", gt=0.0)]

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from config_models import Configuration
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import Model, Scene
-from stripfold.material import Material
-from stripfold.validation import read_yaml
+from stripfold.ask.inputs import Model, Scene
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import Material
+from stripfold.base.validation import read_yaml
 
 Config = dict[str, Any]
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import xarray as xr
 
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
 from studies.common import dataset, pooled
 
 CF, ACDD = "cf:1.11", "acdd:1.3"

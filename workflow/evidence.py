@@ -20,8 +20,8 @@ from typing import Any
 
 import xarray as xr
 
-from stripfold import store
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
+from stripfold.files import store
 from studies import STUDIES, parameters
 
 ROOT = Path(__file__).parents[1]

@@ -14,7 +14,7 @@ from time import perf_counter
 import xarray as xr
 
 from evidence import ATTRIBUTE, ROOT, evidence
-from stripfold import store
+from stripfold.files import store
 from studies import STUDIES, cold_run, kills, wheels
 
 name, cores = sys.argv[1], int(sys.argv[2])

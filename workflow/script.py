@@ -32,8 +32,8 @@ def main(snakemake):
     from time import perf_counter
 
     from evidence import ATTRIBUTE, evidence
-    from stripfold import store
-    from stripfold.errors import StripfoldError
+    from stripfold.base.errors import StripfoldError
+    from stripfold.files import store
 
     # The commit of the code that runs: on a long job the checkout may have moved on before its result is stored.
     store.running_commit()
@@ -70,7 +70,7 @@ def main(snakemake):
 def _content(value):
     from pathlib import Path
 
-    from stripfold import store
+    from stripfold.files import store
 
     if not isinstance(value, str):
         return [_content(item) for item in value]

@@ -15,7 +15,7 @@ from pathlib import Path
 from time import perf_counter
 
 from evidence import ATTRIBUTE, ROOT, evidence
-from stripfold import store
+from stripfold.files import store
 from studies import STUDIES, slurm_run
 
 study = STUDIES["slurm_run"]

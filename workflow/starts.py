@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._continuation import at_height, to_event
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._starts import HEIGHTS, NODES, RANGES, TABLE
 from stripfold.elastica._system import LENGTH, SCALARS, refine
 from stripfold.elastica.branch import points
-from stripfold.models import element_integrals
+from stripfold.strip import element_integrals
 
 
 def compute() -> Array:

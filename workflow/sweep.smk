@@ -7,8 +7,8 @@ os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
 from snakemake.exceptions import WorkflowError
 from stripfold import sweep
-from stripfold.errors import InvalidInputError, StripfoldError
-from stripfold.validation import read_yaml
+from stripfold.base.errors import InvalidInputError, StripfoldError
+from stripfold.base.validation import read_yaml
 
 # Of a name that is a number Snakemake makes one.
 SOURCE, FILE = (

@@ -34,15 +34,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stripfold import paths, sweep
-    from stripfold.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
-    from stripfold.folding_plan import FoldingPlan
-    from stripfold.measured import EtaB, RecordingMeasurement, eta_b, measure
-    from stripfold.path_assessment import PathAssessment
-    from stripfold.results import CriticalPoint, StripCollapse
-    from stripfold.simulation import Release
-    from stripfold.stability_map import StabilityMap
-    from stripfold.strip import Strip
+    from stripfold import paths
+    from stripfold.ask import sweep
+    from stripfold.ask.folding_plan import FoldingPlan
+    from stripfold.ask.path_assessment import PathAssessment
+    from stripfold.ask.results import CriticalPoint, StripCollapse
+    from stripfold.ask.simulation import Release
+    from stripfold.ask.stability_map import StabilityMap
+    from stripfold.ask.strip import Strip
+    from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
+    from stripfold.film.measured import EtaB, RecordingMeasurement, eta_b, measure
 
     __version__: str
 
@@ -69,14 +70,14 @@ __all__ = [
 ]
 
 _MODULES = {
-    "errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
-    "folding_plan": ("FoldingPlan",),
-    "measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
-    "path_assessment": ("PathAssessment",),
-    "results": ("CriticalPoint", "StripCollapse"),
-    "simulation": ("Release",),
-    "stability_map": ("StabilityMap",),
-    "strip": ("Strip",),
+    "base.errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
+    "ask.folding_plan": ("FoldingPlan",),
+    "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
+    "ask.path_assessment": ("PathAssessment",),
+    "ask.results": ("CriticalPoint", "StripCollapse"),
+    "ask.simulation": ("Release",),
+    "ask.stability_map": ("StabilityMap",),
+    "ask.strip": ("Strip",),
 }
 _FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k_f in s^-2"}
 
@@ -85,7 +86,7 @@ def __getattr__(name: str) -> object:
     if name == "__version__":
         return _version()
     if name in ("paths", "sweep"):
-        return import_module(f"stripfold.{name}")
+        return import_module("stripfold.paths" if name == "paths" else "stripfold.ask.sweep")
     for module, names in _MODULES.items():
         if name in names:
             found: object = getattr(import_module(f"stripfold.{module}"), name)

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import stripfold
 from stripfold import cli_commands as commands
 from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
+from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli_messages import Say, in_si, messages, printable, verbosity_options, write
-from stripfold.errors import InvalidInputError, StripfoldError
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -40,7 +40,7 @@ def _completion_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _completion(arguments: argparse.Namespace, _: Say) -> str:
-    from stripfold.extras import require
+    from stripfold.base.extras import require
 
     require("completion")
     import shtab
@@ -229,7 +229,7 @@ class _Command(_Parser):
         known = {name[2:].replace("-", "_"): name for name in self._option_string_actions}
         for given in args[: args.index("--")] if "--" in args else args:
             if given.startswith("--") and (name := given.partition("=")[0]) not in self._option_string_actions:
-                from stripfold.validation import did_you_mean
+                from stripfold.base.validation import did_you_mean
 
                 advice = did_you_mean(name[2:].replace("-", "_"), known)
                 for key, option in known.items():

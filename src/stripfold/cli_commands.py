@@ -10,14 +10,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
+from stripfold.base.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 from stripfold.cli_messages import Say, logger
-from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
-from stripfold.json_output import as_json, document
+from stripfold.files.json_output import as_json, document
 
 if TYPE_CHECKING:
+    from stripfold.base.validation import Input
+    from stripfold.files.reporting import Result
     from stripfold.paths import FoldPath
-    from stripfold.reporting import Result
-    from stripfold.validation import Input
 
 STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
@@ -28,7 +28,7 @@ def number(text: str, unit: str = "") -> float:
     try:
         return float(text[:-1]) / 100.0 if text.endswith("%") and not unit else float(text)
     except ValueError:
-        from stripfold.validation import number_meant
+        from stripfold.base.validation import number_meant
 
         said = f"{text!r} is not a number{f' in {unit}' if unit else ''}"
         raise argparse.ArgumentTypeError(": ".join(filter(None, (said, number_meant(text, unit))))) from None
@@ -86,7 +86,7 @@ def _asked_output(arguments: argparse.Namespace, option: str, suffix: str) -> Pa
 
 def _writable(path: Path, arguments: argparse.Namespace, option: str = "output") -> Path:
     """Refuse, by trying, what would only be found out when all is computed, and to replace what the command reads."""
-    from stripfold.store import literal
+    from stripfold.files.store import literal
 
     literal(path)
     if os.path.isdir(path):
@@ -124,7 +124,7 @@ def _plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot")
 def _plot_file(arguments: argparse.Namespace, option: str = "plot") -> Path | None:
     """Where to draw, if that is asked for, checked before anything is computed."""
     if getattr(arguments, option) is not None:
-        from stripfold.extras import require
+        from stripfold.base.extras import require
 
         require("plot")
     return _asked_output(arguments, option, ".png")
@@ -132,13 +132,13 @@ def _plot_file(arguments: argparse.Namespace, option: str = "plot") -> Path | No
 
 def _draw(result: Result | FoldPath, target: Path | None) -> None:
     if target is not None:
-        from stripfold.plots.save import save_as
+        from stripfold.draw.save import save_as
 
         save_as(result.plot(), target)
 
 
 def critical_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import Scene
+    from stripfold.ask.inputs import Scene
 
     _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty"))
     _second_gripper_option(parser)
@@ -147,7 +147,7 @@ def critical_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _second_gripper_option(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import Scene
+    from stripfold.ask.inputs import Scene
 
     text = f"{Scene.model_fields['second_gripper'].description}, m"
     parser.add_argument("--second-gripper", type=place_or_auto, metavar="M|auto", help=text)
@@ -158,12 +158,12 @@ def place_or_auto(text: str) -> float | str:
 
 
 def critical(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.inputs import Scene
+    from stripfold.ask.inputs import Scene
 
     scene = Scene(**_given(arguments, Scene))
     scene.require_long_enough()
     target = _plot_file(arguments)
-    from stripfold.results import CriticalPoint
+    from stripfold.ask.results import CriticalPoint
 
     found = CriticalPoint.of(scene, say)
     _draw(found, target)
@@ -178,11 +178,11 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
 
 
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.validation import read_yaml
+    from stripfold.base.validation import read_yaml
 
     grid = read_yaml(arguments.grid, "grid", "length: 0.6")
     target = _output(arguments, "output", ".nc", arguments.grid)
-    from stripfold.sweep import run
+    from stripfold.ask.sweep import run
 
     found = run(grid, target, arguments.cores, say)
     snap, touch = found.lambda_c.notnull(), found.lambda_touch.notnull()
@@ -195,7 +195,7 @@ def sweep(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.simulation import Simulation
+    from stripfold.ask.simulation import Simulation
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
@@ -210,7 +210,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 
 
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.simulation import Simulation
+    from stripfold.ask.simulation import Simulation
 
     given, scene = _given(arguments, Simulation), arguments.scene
     if scene is None and not given:
@@ -223,9 +223,9 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
     path, target = _output(arguments, "output", ".nc", scene or "collapse"), _plot_file(arguments)
-    from stripfold import store
-    from stripfold.analysis import collapse
-    from stripfold.results import StripCollapse
+    from stripfold.ask.results import StripCollapse
+    from stripfold.files import store
+    from stripfold.follow import collapse
 
     try:
         found = StripCollapse.of(simulation, say)
@@ -250,12 +250,12 @@ def film_options(parser: argparse.ArgumentParser) -> None:
 
 
 def film(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold import store
-    from stripfold.extras import require
+    from stripfold.base.extras import require
+    from stripfold.files import store
 
     require("vision")
     path = _output(arguments, "output", ".mp4", arguments.result)
-    from stripfold.plots.film import film
+    from stripfold.draw.film import film
 
     film(store.read(arguments.result), path, progress=say)
     if arguments.json:
@@ -276,7 +276,7 @@ def new(arguments: argparse.Namespace, say: Say) -> str:
     path = _output(arguments, "output", ".yaml", "")
     if os.path.lexists(path):
         raise InvalidInputError("output", str(path), "a file that is not there yet", "remove it, or choose another")
-    from stripfold.store import write_text
+    from stripfold.files.store import write_text
 
     write_text(text, path)
     return _lines([("written", str(path))])

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import stripfold
+from stripfold.base.extras import MODULES
 from stripfold.cli_messages import Say
-from stripfold.extras import MODULES
-from stripfold.json_output import as_json
+from stripfold.files.json_output import as_json
 
 AGREEMENT = 1e-3
 """Largest difference of lambda_c between the two models of the small run, L*."""
@@ -111,9 +111,9 @@ def _film() -> Finding:
 
     import numpy as np
 
+    from stripfold.film import video
     from stripfold.synthetic.scene import Filming
     from stripfold.synthetic.video import encode
-    from stripfold.vision import video
 
     pictures = [np.full((120, 160), grey, np.uint8) for grey in (60, 180)]
     with TemporaryDirectory() as folder:
@@ -153,7 +153,7 @@ def _compiled() -> Finding:
 def _run() -> Finding:
     """lambda_c of one strip by the rod and by the elastica."""
     from stripfold import elastica
-    from stripfold.strip import Strip
+    from stripfold.ask.strip import Strip
 
     height = 0.09
     strip = Strip(length=0.6, eta_b=3780.0, eta_m=1e-5)

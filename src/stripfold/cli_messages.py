@@ -14,7 +14,7 @@ from shutil import get_terminal_size
 from time import monotonic
 from typing import TextIO
 
-from stripfold.material import GRAVITY, Material
+from stripfold.base.material import GRAVITY, Material
 
 Say = Callable[[str], None]
 logger = logging.getLogger("stripfold")

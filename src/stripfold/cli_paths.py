@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from stripfold.base.errors import MISSING, InvalidInputError
+from stripfold.base.extras import require
 from stripfold.cli_commands import (
     SHEET,
     STRIP,
@@ -21,9 +23,7 @@ from stripfold.cli_commands import (
     metres,
 )
 from stripfold.cli_messages import Say, logger
-from stripfold.errors import MISSING, InvalidInputError
-from stripfold.extras import require
-from stripfold.json_output import as_json, document
+from stripfold.files.json_output import as_json, document
 
 
 def _fold_option(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def safe_side(gravity_length: float) -> str:
 
 
 def path_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import Strip
+    from stripfold.ask.inputs import Strip
 
     parser.add_argument("kind", choices=("r-path", "triangular", "circular", "low"), help="which path")
     _options(parser, Strip, STRIP)
@@ -56,7 +56,7 @@ def path_options(parser: argparse.ArgumentParser) -> None:
 
 
 def path(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.inputs import UNSTRETCHED, Strip
+    from stripfold.ask.inputs import UNSTRETCHED, Strip
     from stripfold.paths import PLANS, low
 
     # A path is planned for a strip that hardly stretches: this command has no eta_m.
@@ -80,7 +80,7 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def map_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import StabilityMap
+    from stripfold.ask.inputs import StabilityMap
 
     _options(parser, StabilityMap, (*STRIP, "rho_a", "friction_moment"))
     parser.add_argument("--output", metavar="MAP.nc", help="write it there")
@@ -89,12 +89,12 @@ def map_options(parser: argparse.ArgumentParser) -> None:
 
 
 def map_places(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold import inputs
+    from stripfold.ask import inputs
 
     data = _asked_output(arguments, "output", ".nc")
     target = _plot_file(arguments)
     asked = inputs.StabilityMap(**_given(arguments, inputs.StabilityMap), eta_m=inputs.UNSTRETCHED)
-    from stripfold.stability_map import StabilityMap
+    from stripfold.ask.stability_map import StabilityMap
 
     found = StabilityMap.of(asked, say)
     if data is not None:
@@ -104,7 +104,7 @@ def map_places(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def assess_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import PathAssessment
+    from stripfold.ask.inputs import PathAssessment
 
     parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
     _options(parser, PathAssessment, (*STRIP, *SHEET, "rho_a", "model"))
@@ -137,12 +137,12 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
 def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     from time import perf_counter
 
-    from stripfold import inputs
+    from stripfold.ask import inputs
 
     began = perf_counter()
     asked = inputs.PathAssessment(**_given(arguments, inputs.PathAssessment))
     from stripfold import paths
-    from stripfold.path_assessment import PathAssessment
+    from stripfold.ask.path_assessment import PathAssessment
 
     log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth", "fold_at")}
     path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments)

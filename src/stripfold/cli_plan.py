@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import argparse
 
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.extras import require
 from stripfold.cli_commands import STRIP, _draw, _given, _lines, _options, _output, _plot_file, _plot_option
 from stripfold.cli_messages import Say
-from stripfold.errors import InvalidInputError
-from stripfold.extras import require
-from stripfold.json_output import as_json
+from stripfold.files.json_output import as_json
 
 FILES = {"csv": ".csv", "json": ".json", "report": ".html"}
 """Options that name a file, and how its name ends."""
 
 
 def options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import FoldingPlan
+    from stripfold.ask.inputs import FoldingPlan
 
     _options(parser, FoldingPlan, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "margin"))
     text = FoldingPlan.model_fields["layers_may_slide"].description
@@ -32,7 +32,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.inputs import FoldingPlan as Asked
+    from stripfold.ask.inputs import FoldingPlan as Asked
 
     # Checked before anything is computed.
     asked_for = {kind: suffix for kind, suffix in FILES.items() if isinstance(getattr(arguments, kind), str)}
@@ -41,7 +41,7 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
         require("plot")
     drawing = _plot_file(arguments)
     asked = Asked(**_given(arguments, Asked) | _friction(arguments.friction_moment))
-    from stripfold.folding_plan import FoldingPlan
+    from stripfold.ask.folding_plan import FoldingPlan
 
     found = FoldingPlan.of(asked, say)
     writers = {".csv": found.to_csv, ".json": found.to_json, ".html": found.report}

@@ -6,6 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
+from stripfold.base.errors import InvalidInputError
 from stripfold.cli_commands import (
     _draw,
     _given,
@@ -20,12 +21,11 @@ from stripfold.cli_commands import (
     metres,
 )
 from stripfold.cli_messages import Say, write
-from stripfold.errors import InvalidInputError
-from stripfold.json_output import as_json, document
+from stripfold.files.json_output import as_json, document
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import EtaRequest
+    from stripfold.ask.inputs import EtaRequest
 
     source = parser.add_mutually_exclusive_group(required=True)
     _option(source, EtaRequest, "fold_height")
@@ -39,13 +39,13 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
 
 
 def eta(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.inputs import EtaRequest
+    from stripfold.ask.inputs import EtaRequest
 
     asked = EtaRequest(**_given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", arguments.picture, "this only together with image")
     target = _plot_file(arguments, "picture")
-    from stripfold.measured import EtaB
+    from stripfold.film.measured import EtaB
 
     found = EtaB.of(asked)
     _draw(found, target)
@@ -105,9 +105,9 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
 
 
 def calibrate(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.errors import CalibrationError
-    from stripfold.vision import camera_check
-    from stripfold.vision.boards import Board
+    from stripfold.base.errors import CalibrationError
+    from stripfold.film import camera_check
+    from stripfold.film.boards import Board
 
     given = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
     board = Board.of({"type": arguments.board} | {name: value for name, value in given.items() if value is not None})
@@ -131,9 +131,9 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 
 
 def measure(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold import store
-    from stripfold.measured import RecordingMeasurement
-    from stripfold.vision.recording import inside
+    from stripfold.files import store
+    from stripfold.film.measured import RecordingMeasurement
+    from stripfold.film.recording import inside
 
     folder = inside(Path(arguments.folder), "result", "output")
     if os.path.exists(folder) and not folder.is_dir():

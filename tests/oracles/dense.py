@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack, ldl
 
-from stripfold.arrays import Array, Index
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import SolveError
 from stripfold.solve.linear import Solve
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stripfold import kernels
-from stripfold.arrays import Array, Picture
-from stripfold.vision import cross_sections as sections
-from stripfold.vision.smoothing import smoothed
+from stripfold.base.arrays import Array, Picture
+from stripfold.film import cross_sections as sections
+from stripfold.film.smoothing import smoothed
 
 
 def free_side(curve: Array, across: Array, width: Array, layer: int) -> Array:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from oracles.nodal import Nodal
-from stripfold.arrays import Array, Index
-from stripfold.models.solid import Solid
+from stripfold.base.arrays import Array, Index
 from stripfold.solve import newton
 from stripfold.solve.linear import Band
 from stripfold.solve.problem import Equilibrium, FixedUnknowns
 from stripfold.solve.stability import nearest_eigenvalues
+from stripfold.strip.solid import Solid
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stripfold.arrays import Array
-from stripfold.models import laws
-from stripfold.models.rod import AT_BEND, AT_STRETCH, VISCOUS, Rod, hermite
-from stripfold.models.solid import Solid
+from stripfold.base.arrays import Array
 from stripfold.solve.linear import Band
+from stripfold.strip import laws
+from stripfold.strip.rod import AT_BEND, AT_STRETCH, VISCOUS, Rod, hermite
+from stripfold.strip.solid import Solid
 
 X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
 """Positions of an element's x and z unknowns: displacement, slope; left end, right end."""

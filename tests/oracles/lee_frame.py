@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from oracles.dense import Dense
 from oracles.toys import NONE
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.solve.problem import FixedUnknowns
 
 LEG, LOAD_AT, BENDING, AXIAL = 120.0, 24.0, 1440.0, 4320.0

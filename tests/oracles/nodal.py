@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 import skfem
 
-from stripfold.arrays import Array, Index
-from stripfold.models import element_integrals
-from stripfold.models.strip_mesh import StripMesh
+from stripfold.base.arrays import Array, Index
+from stripfold.strip import element_integrals
+from stripfold.strip.strip_mesh import StripMesh
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,9 @@ from skfem import BilinearForm, Functional, LinearForm
 from skfem.helpers import ddot, det, dot, eye, grad, inv, trace, transpose
 
 from oracles.nodal import Nodal
-from stripfold.arrays import Array
-from stripfold.models.laws import Lame
-from stripfold.models.strip_mesh import StripMesh
+from stripfold.base.arrays import Array
+from stripfold.strip.laws import Lame
+from stripfold.strip.strip_mesh import StripMesh
 
 
 def product(a: Array, b: Array) -> Array:

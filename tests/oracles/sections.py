@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from stripfold.arrays import Array
-from stripfold.vision.cross_sections import THIN, Grey
+from stripfold.base.arrays import Array
+from stripfold.film.cross_sections import THIN, Grey
 
 
 def edges(profiles: Grey, width: Array) -> Array:

@@ -10,7 +10,7 @@ from math import sqrt
 import numpy as np
 
 from oracles.dense import Dense
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.solve.problem import FixedUnknowns
 
 NONE = np.zeros(0, dtype=np.intp)

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.models import LOOKS
 from plots.pieces import entry, note
-from stripfold.plots.colours import BLACK, GREY
-from stripfold.plots.style import figure, styled, text_at
+from stripfold.draw.colours import BLACK, GREY
+from stripfold.draw.style import figure, styled, text_at
 
 SIZES = {"rod": 5.0, "solid": 2.5}
 """Of the markers: both models nearly coincide."""

@@ -10,8 +10,8 @@ from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
 from plots.pieces import note
-from stripfold.plots.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
+from stripfold.draw.style import figure, legend_above, styled
 from studies.calibration import EARLY, SCALED
 
 TARGET = 0.25

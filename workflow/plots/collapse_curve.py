@@ -1,5 +1,5 @@
 """The control-parameter/deflection curve through a collapse, as the package draws it."""
 
-from stripfold.plots.collapse_curve import draw
+from stripfold.draw.collapse_curve import draw
 
 __all__ = ["draw"]

@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 
 from plots.pieces import ETA_TITLE, Look, entry, note
 from plots.readers import critical_points, materials
-from stripfold.plots.colours import BLACK
-from stripfold.plots.style import CM, figure, legend_above, styled
+from stripfold.draw.colours import BLACK
+from stripfold.draw.style import CM, figure, legend_above, styled
 
 CROWDED = 0.6
 """When all materials but one fill less than this part of the axes, that one gets a panel of its own."""

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.readers import Branch, branch
-from stripfold.plots.collapse_curve import deflection_axes, enlarged, level, smooth
-from stripfold.plots.colours import BLACK, CRITICAL, GREY, LEVEL, UNSTABLE
-from stripfold.plots.style import CM, figure, styled
+from stripfold.draw.collapse_curve import deflection_axes, enlarged, level, smooth
+from stripfold.draw.colours import BLACK, CRITICAL, GREY, LEVEL, UNSTABLE
+from stripfold.draw.style import CM, figure, styled
 
 
 @styled

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from plots.pieces import look
-from stripfold.plots.colours import LYING
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.draw.colours import LYING
+from stripfold.draw.style import figure, legend_above, styled
 
 
 @styled

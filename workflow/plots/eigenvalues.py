@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.pieces import PATH_LOOKS, entry, look, note
-from stripfold.plots.colours import BLACK, CRITICAL, GREY, GRIPPER, HANGING, TOUCHING
-from stripfold.plots.style import figure, styled, text_at
+from stripfold.draw.colours import BLACK, CRITICAL, GREY, GRIPPER, HANGING, TOUCHING
+from stripfold.draw.style import figure, styled, text_at
 
 LOOKS = {"x": ("along $x$", look(2)), **PATH_LOOKS}
 SHOWN = {"x": "(b) along $x$", "r-path": "(c) R-path"}

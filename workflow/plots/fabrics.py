@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.friction_needed import MOMENT
 from plots.pieces import LENGTH_TITLE, note
-from stripfold.plots.colours import BLACK, FRICTION, GREY, SKY, VERMILLION
-from stripfold.plots.style import CM, figure, styled
+from stripfold.draw.colours import BLACK, FRICTION, GREY, SKY, VERMILLION
+from stripfold.draw.style import CM, figure, styled
 
 KNOWN = (BLACK, SKY, VERMILLION, FRICTION)
 """Colours of the uncertainties of eta_b."""

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.models import LOOKS, draw_pareto, headroom, plain_numbers
 from plots.pieces import entry, note
-from stripfold.plots.colours import GREEN, GREY, PINK
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.draw.colours import GREEN, GREY, PINK
+from stripfold.draw.style import figure, legend_above, styled
 
 COLOURS = {
     ("rod", "energy-momentum"): LOOKS["rod"].color,

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from plots.path_readers import Part, planned
 from plots.pieces import arrow, drawings
-from stripfold.arrays import Array
-from stripfold.plots.colours import BLACK, FIXED, GRIPPER
-from stripfold.plots.style import styled, text_at
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import BLACK, FIXED, GRIPPER
+from stripfold.draw.style import styled, text_at
 
 WIDTH = 0.2
 """Width of the strip as drawn, over its length."""

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from plots.friction_needed import MOMENT
 from plots.pieces import entry, look, note
-from stripfold.plots.colours import BLACK, FRICTION, GREY, SHADE
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import BLACK, FRICTION, GREY, SHADE
+from stripfold.draw.style import figure, styled
 
 LINES = ("-", "--", "-.", ":")
 

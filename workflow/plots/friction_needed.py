@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.pieces import LENGTH_TITLE, Look, note
-from stripfold.plots.colours import BLACK, FRICTION, SKY
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import BLACK, FRICTION, SKY
+from stripfold.draw.style import figure, styled
 
 PULL, MOMENT = r"pull: $k_f\,\Delta s\,/\,g$", r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
 LAWS = {"pull": (PULL, Look(FRICTION, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.friction_needed import MOMENT
 from plots.pieces import PATH_LOOKS, entry, look, note
-from stripfold.plots.colours import BLACK, LYING, SHADE
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import BLACK, LYING, SHADE
+from stripfold.draw.style import figure, styled
 
 NONE = 3e-3
 """Where no friction is drawn."""

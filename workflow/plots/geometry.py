@@ -10,9 +10,9 @@ from matplotlib.patches import Polygon, Rectangle
 
 from plots.pieces import arrow, drawings
 from plots.readers import branch
-from stripfold.arrays import Array
-from stripfold.plots.colours import BLACK, FIXED, GREY, GRIPPER, MID_SURFACE, STRIP
-from stripfold.plots.style import styled
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import BLACK, FIXED, GREY, GRIPPER, MID_SURFACE, STRIP
+from stripfold.draw.style import styled
 
 ADVANCE = 0.85
 """Part of the way from lambda_0 to lambda_c: later the exaggerated outline would cut into the lower layer."""

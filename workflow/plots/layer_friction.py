@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from plots.pieces import PATH_LOOKS, PATH_STYLES, Look, entry, note, path_entries
-from stripfold.plots.colours import GREEN, GREY, SHADE
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.draw.colours import GREEN, GREY, SHADE
+from stripfold.draw.style import figure, legend_above, styled
 
 LOOKS = {name: look for name, (_, look) in PATH_LOOKS.items()} | {"low": Look(GREEN, "s")}
 STYLES = PATH_STYLES | {"low": "-."}

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.pieces import entry, note
 from stripfold import elastica
-from stripfold.plots.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
+from stripfold.draw.style import figure, styled
 from studies.low_paths import LIMITED, STABLE, compliance
 
 FLAT = 1.0

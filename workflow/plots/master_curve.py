@@ -10,9 +10,9 @@ from scipy.interpolate import CubicSpline
 from plots.critical_points import draw_points, error_bars, legend_handles
 from plots.pieces import ETA_TITLE, entry
 from plots.readers import critical_points, materials
-from stripfold.arrays import Array
-from stripfold.plots.colours import BLACK, GREY, SHADE
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import BLACK, GREY, SHADE
+from stripfold.draw.style import figure, legend_above, styled
 
 
 @styled

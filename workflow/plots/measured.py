@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.pieces import ETA_TITLE, entry, note, speed_mark
 from plots.readers import recordings
-from stripfold.plots.colours import BLACK
-from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
+from stripfold.draw.colours import BLACK
+from stripfold.draw.style import CM, MILLI, figure, legend_above, styled
 
 LINES = ("-", "--")
 """Kinds of the lines below, of the slowest gripper and of others."""

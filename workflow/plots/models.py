@@ -8,8 +8,8 @@ from matplotlib.axis import Axis
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from plots.pieces import Look
-from stripfold.arrays import Array, Index
-from stripfold.plots.colours import BLUE, GREEN, GREY, VERMILLION
+from stripfold.base.arrays import Array, Index
+from stripfold.draw.colours import BLUE, GREEN, GREY, VERMILLION
 
 LOOKS = {"elastica": Look(GREEN, "^"), "rod": Look(BLUE, "o"), "solid": Look(VERMILLION, "s")}
 

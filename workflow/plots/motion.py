@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from plots.pieces import arrow, draw_states, entry
 from plots.readers import branch, evenly
-from stripfold.arrays import Array
-from stripfold.plots.colours import CRITICAL, GRIPPER, UNSTABLE
-from stripfold.plots.style import CM, equal_panels, legend_above, styled, text_at
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import CRITICAL, GRIPPER, UNSTABLE
+from stripfold.draw.style import CM, equal_panels, legend_above, styled, text_at
 
 STATES, UNSTABLE_STATES = 9, 2
 """Largest numbers of states drawn between lambda_0 and lambda_c, and past it."""

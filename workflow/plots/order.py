@@ -8,8 +8,8 @@ from matplotlib.ticker import NullFormatter
 
 from plots.models import LOOKS, plain_numbers
 from plots.pieces import note
-from stripfold.plots.colours import GREY
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import GREY
+from stripfold.draw.style import figure, styled
 
 
 @styled

@@ -9,9 +9,9 @@ import xarray as xr
 from scipy.interpolate import RegularGridInterpolator
 
 from plots.readers import chosen, evenly, travel
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
-from stripfold.plots.readers import require, states_of
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.draw.readers import require, states_of
 from tasks.states import FALL, PHASES, STATIC
 
 _NAMES = ("pseudo_time", "x", "z", "arc")

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from plots.critical_points import NO_SNAP, eta_label
 from plots.pieces import ETA_TITLE
 from plots.readers import critical_points
-from stripfold.plots.colours import CRITICAL, GREY, GRIPPER
-from stripfold.plots.style import CM, equal_panels, legend_above, styled
+from stripfold.draw.colours import CRITICAL, GREY, GRIPPER
+from stripfold.draw.style import CM, equal_panels, legend_above, styled
 
 
 @styled

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from plots import models
 from plots.pieces import Look, note
-from stripfold.plots.colours import BLACK, ORANGE, PINK, SKY
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.draw.colours import BLACK, ORANGE, PINK, SKY
+from stripfold.draw.style import figure, legend_above, styled
 from studies.peers import QUESTIONS, TITLES, runs_of
 
 LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}

@@ -1,4 +1,4 @@
-"""Pieces that only these figures share, beside those of :mod:`stripfold.plots.style`."""
+"""Pieces that only these figures share, beside those of :mod:`stripfold.draw.style`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.offsetbox import AnchoredText
 
-from stripfold.arrays import Array
-from stripfold.plots.colours import BLACK, BLUE, GREEN, ORANGE, PINK, SKY, VERMILLION
-from stripfold.plots.style import CM, WIDTH, Point, Span
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import BLACK, BLUE, GREEN, ORANGE, PINK, SKY, VERMILLION
+from stripfold.draw.style import CM, WIDTH, Point, Span
 
 ETA_TITLE = r"$\eta_b$ [m$^{-4}$ s$^2$]"
 """Name and unit of the weight-to-bending-stiffness ratio."""

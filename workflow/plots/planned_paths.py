@@ -11,8 +11,8 @@ from matplotlib.markers import CARETUP
 
 from plots.path_readers import Part, planned
 from plots.pieces import draw_states, entry, note
-from stripfold.plots.colours import FIXED, GRIPPER
-from stripfold.plots.style import CM, Limits, around, equal_panels, legend_above, styled
+from stripfold.draw.colours import FIXED, GRIPPER
+from stripfold.draw.style import CM, Limits, around, equal_panels, legend_above, styled
 
 TITLES = {"triangular": "(a) triangular path", "circular": "(b) circular path", "r-path": "(c) R-path"}
 STATES = 9

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from plots.pieces import note
-from stripfold.plots.colours import BLACK, VERMILLION
-from stripfold.plots.style import figure, legend_above, styled, text_at
+from stripfold.draw.colours import BLACK, VERMILLION
+from stripfold.draw.style import figure, legend_above, styled, text_at
 
 _SVK = r"$\mathbf{S} = \mathbf{C}:\mathbf{E}$"
 _PRINTED = r"$\mathbf{S} = \det\mathbf{F}\,\mathbf{F}^{-1}(\mathbf{C}:\mathbf{E})\,\mathbf{F}^{-\top}$"

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from plots.pieces import Look, look
-from stripfold.arrays import Array, Mask
-from stripfold.errors import InvalidInputError
-from stripfold.plots.readers import require, states_of
+from stripfold.base.arrays import Array, Mask
+from stripfold.base.errors import InvalidInputError
+from stripfold.draw.readers import require, states_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.pieces import entry, note, speed_mark
 from plots.readers import recordings
-from stripfold.plots.colours import BLACK, CRITICAL, GRIPPER
-from stripfold.plots.style import CM, MILLI, figure, styled
+from stripfold.draw.colours import BLACK, CRITICAL, GRIPPER
+from stripfold.draw.style import CM, MILLI, figure, styled
 
 
 @styled

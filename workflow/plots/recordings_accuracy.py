@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from scipy import stats
 
-from stripfold.arrays import Mask
-from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
-from stripfold.plots.style import MILLI, figure, styled
-from stripfold.vision.measurement import WARNING, half_width
+from stripfold.base.arrays import Mask
+from stripfold.draw.colours import BLACK, BLUE, GREY, SKY, VERMILLION
+from stripfold.draw.style import MILLI, figure, styled
+from stripfold.film.measurement import WARNING, half_width
 from studies.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3

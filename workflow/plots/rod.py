@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from plots.pieces import entry, look
-from stripfold.plots.colours import GREY
-from stripfold.plots.style import figure, legend_above, styled, text_at
+from stripfold.draw.colours import GREY
+from stripfold.draw.style import figure, legend_above, styled, text_at
 
 
 @styled

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from plots.path_readers import Part, parts, planned, post_critical, with_friction
 from plots.pieces import arrow, entry, note
-from stripfold.arrays import Array
-from stripfold.plots.colours import CRITICAL, FRICTION, HANGING, SETTLED, TOUCHING
-from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import CRITICAL, FRICTION, HANGING, SETTLED, TOUCHING
+from stripfold.draw.style import CM, MILLI, figure, legend_above, styled
 from tasks.states import FALL
 
 AROUND = 0.04

@@ -13,9 +13,9 @@ from plots.evolutions import draw_evolution
 from plots.path_readers import Part, PostCriticalBranch, parts, planned, post_critical, with_friction
 from plots.pieces import draw_states, entry, note
 from plots.planned_paths import draw_path, limits
-from stripfold.arrays import Array
-from stripfold.plots.colours import CRITICAL, FRICTION, GRIPPER, HANGING, STATIC, TOUCHING
-from stripfold.plots.style import CM, Limits, around, equal_panels, legend_above, styled
+from stripfold.base.arrays import Array
+from stripfold.draw.colours import CRITICAL, FRICTION, GRIPPER, HANGING, STATIC, TOUCHING
+from stripfold.draw.style import CM, Limits, around, equal_panels, legend_above, styled
 
 BEFORE, FALLS, AFTER, WHOLE = 14, 6, 7, 22
 """Largest numbers of states drawn before the critical point, in a fall, after it, and with friction."""

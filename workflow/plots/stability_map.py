@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from plots.pieces import PATH_LOOKS, PATH_STYLES, note
-from stripfold.plots.colours import GREEN, HANGING, LYING, TOUCHING
-from stripfold.plots.stability_map import CURVES, draw_map
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import GREEN, HANGING, LYING, TOUCHING
+from stripfold.draw.stability_map import CURVES, draw_map
+from stripfold.draw.style import figure, styled
 
 LEVELS = [1.0, 3.0, 5.0]
 """Margins that are drawn, L*."""

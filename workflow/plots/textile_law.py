@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from plots.pieces import note
-from stripfold.effects import MomentCurvature
-from stripfold.plots.colours import BLACK, GREY, SKY
-from stripfold.plots.style import figure, styled
+from stripfold.draw.colours import BLACK, GREY, SKY
+from stripfold.draw.style import figure, styled
+from stripfold.strip.effects import MomentCurvature
 
 COLOURS = {"measured": BLACK, "secant": SKY}
 NAMES = {"measured": "measured law", "secant": "secant"}

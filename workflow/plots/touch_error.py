@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.pieces import LENGTH_TITLE, PATH_LOOKS, PATH_STYLES, Look, entry, path_entries
-from stripfold.arrays import Array, Mask
-from stripfold.plots.colours import BLACK, GREY, LYING
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.base.arrays import Array, Mask
+from stripfold.draw.colours import BLACK, GREY, LYING
+from stripfold.draw.style import figure, legend_above, styled
 
 LANDING, LINE = (0, (6, 1)), (0, (1, 4))
 """Kinds of line of the places of reference."""

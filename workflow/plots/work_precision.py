@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from plots.models import LOOKS, draw_pareto, headroom, plain_numbers
 from plots.pieces import entry, note
-from stripfold.plots.colours import GREY
-from stripfold.plots.style import figure, legend_above, styled
+from stripfold.draw.colours import GREY
+from stripfold.draw.style import figure, legend_above, styled
 
 LEAST = 1e-7
 """Smaller errors are drawn here: the reference is no better."""

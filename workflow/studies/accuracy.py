@@ -14,14 +14,14 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import critical_point as critical
-from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
-from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel
-from stripfold.arrays import Array
+from stripfold.ask import critical_point as critical
+from stripfold.ask.inputs import Scene
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
-from stripfold.inputs import Scene
-from stripfold.material import Material
+from stripfold.follow.static import LAMBDA_TOLERANCE, End, StripModel
 from studies.common import Progress, attempted, command, dataset, grid, markdown_table, timed, timed_process
 
 Shape = Callable[[Array], Array]

@@ -16,11 +16,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch, contact_events
-from stripfold.analysis.prediction import ElasticaPrediction, Snap, snap
-from stripfold.analysis.static import StripModel
+from stripfold.ask.prediction import ElasticaPrediction, Snap, snap
+from stripfold.base.errors import SolveError
 from stripfold.elastica.barrier import BistableRange
-from stripfold.errors import SolveError
+from stripfold.follow import contact_branch, contact_events
+from stripfold.follow.static import StripModel
 from studies.common import Progress, dataset, grid
 
 MODELS = ("rod", "solid")

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import critical_point
-from stripfold.analysis.verdict import assess_path
-from stripfold.arrays import Array
-from stripfold.inputs import Scene
-from stripfold.material import Material
+from stripfold.ask import critical_point
+from stripfold.ask.inputs import Scene
+from stripfold.ask.verdict import assess_path
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
 from stripfold.paths.table import read
 from studies.common import command, dataset, timed, timed_process
 from tasks.assess_data import path_of

@@ -15,11 +15,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import BranchPoint
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import End, StripModel, XRun, solve_height
-from stripfold.arrays import Array
-from stripfold.material import Material
+from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.static import End, StripModel, XRun, solve_height
 from studies.common import Progress, attempted, pooled, table
 
 ETA_B = (1e2, 1e6)

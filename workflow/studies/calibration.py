@@ -13,12 +13,12 @@ import cv2
 import numpy as np
 import xarray as xr
 
-from stripfold.errors import CalibrationError
-from stripfold.vision import intrinsics
-from stripfold.vision.boards import Board, Corners, Refinement, detect, spacing
-from stripfold.vision.camera import Camera, read_camera, read_opencv_yaml
-from stripfold.vision.mapping import rms as rms_of
-from stripfold.vision.pictures import read_calibration_picture
+from stripfold.base.errors import CalibrationError
+from stripfold.film import intrinsics
+from stripfold.film.boards import Board, Corners, Refinement, detect, spacing
+from stripfold.film.camera import Camera, read_camera, read_opencv_yaml
+from stripfold.film.mapping import rms as rms_of
+from stripfold.film.pictures import read_calibration_picture
 from studies.common import Progress, dataset
 
 CHESSBOARD = Board(type="chessboard", columns=9, rows=6, square=0.025)

@@ -17,10 +17,10 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from stripfold.arrays import Array
-from stripfold.vision import camera_motion, recording, video
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.recording import NAME
+from stripfold.base.arrays import Array
+from stripfold.film import camera_motion, recording, video
+from stripfold.film.measurement import Measurement
+from stripfold.film.recording import NAME
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_common import measure_with, write_still
 

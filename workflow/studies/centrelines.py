@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
-from stripfold.material import GRAVITY
-from stripfold.vision import eta
-from stripfold.vision.pictures import read_grey
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import GRAVITY
+from stripfold.film import eta
+from stripfold.film.pictures import read_grey
 from studies.common import dataset
 
 TEXTILE = "bendstiff/test_image.jpg"

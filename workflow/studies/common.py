@@ -19,11 +19,11 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from stripfold import schema
-from stripfold.arrays import Array
-from stripfold.errors import StripfoldError
-from stripfold.schema import Values, Variable
-from stripfold.vision.threads import one_thread
+from stripfold.base.arrays import Array
+from stripfold.base.errors import StripfoldError
+from stripfold.files import schema
+from stripfold.files.schema import Values, Variable
+from stripfold.film.threads import one_thread
 
 C = TypeVar("C")
 T = TypeVar("T")

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.path_friction import Step
-from stripfold.arrays import Array
-from stripfold.errors import LostStabilityError, SolveError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.follow.path_friction import Step
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid

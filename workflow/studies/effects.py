@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import collapse
-from stripfold.analysis.needed_effects import INERTIA, SELF_CONTACT, SOLID
-from stripfold.simulation import Simulation
+from stripfold.ask.simulation import Simulation
+from stripfold.follow import collapse
+from stripfold.follow.needed_effects import INERTIA, SELF_CONTACT, SOLID
 from studies.common import NO_RESULT, Progress, dataset, grid, markdown_table, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID)

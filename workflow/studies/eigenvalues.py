@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import contact_branch
-from stripfold.analysis.assess import assess_strip
-from stripfold.analysis.contact_branch import STEPS, BranchPoint
-from stripfold.analysis.static import StripModel, solve_height
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
+from stripfold.follow import contact_branch
+from stripfold.follow.assess import assess_strip
+from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.static import StripModel, solve_height
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.problem import Point
 from studies.common import Progress, blank, dataset

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import critical_point, select_model
-from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
-from stripfold.analysis.static import StripModel
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, MAX_THICKNESS_STAR, Scene
-from stripfold.material import Material
-from stripfold.models.model_error import model_error
+from stripfold.ask import critical_point, select_model
+from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, MAX_THICKNESS_STAR, Scene
+from stripfold.ask.model_error import model_error
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import Material
+from stripfold.follow.static import StripModel
 from studies.common import Progress, attempted, pooled, table
 
 MODELS = ("auto", "solid", "rod")

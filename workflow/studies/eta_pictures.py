@@ -18,11 +18,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_bvp
 
-from stripfold.arrays import Array, Picture
-from stripfold.errors import SolveError, StripfoldError
-from stripfold.material import GRAVITY
-from stripfold.vision import eta
-from stripfold.vision.pictures import read_grey
+from stripfold.base.arrays import Array, Picture
+from stripfold.base.errors import SolveError, StripfoldError
+from stripfold.base.material import GRAVITY
+from stripfold.film import eta
+from stripfold.film.pictures import read_grey
 from studies.common import Progress, dataset, pooled
 
 SIZE = 640, 360

@@ -20,10 +20,10 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.files.schema import Values
 from stripfold.paths.rpath import Part, PlannedState, plan_r_path
-from stripfold.schema import Values
 from studies.common import dataset
 from tasks import explorer as page
 from tasks.explorer_states import Row, contact_states, free_states, lifted_states

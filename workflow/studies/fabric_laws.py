@@ -19,18 +19,19 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
-from stripfold import elastica, tables
-from stripfold.analysis.contact_branch import BranchPoint, from_elastica, from_flat
-from stripfold.analysis.path_friction import load_incrementally_from, steps_on, with_effects
-from stripfold.analysis.static import End, StripModel, to_the_end
-from stripfold.arrays import Array
-from stripfold.effects import BendingLaw, Hysteresis, MomentCurvature
-from stripfold.errors import LostStabilityError, SolveError
-from stripfold.material import GRAVITY
-from stripfold.models.model import Model
+from stripfold import elastica
+from stripfold.base.arrays import Array
+from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.base.material import GRAVITY
+from stripfold.files import tables
+from stripfold.follow.contact_branch import BranchPoint, from_elastica, from_flat
+from stripfold.follow.path_friction import load_incrementally_from, steps_on, with_effects
+from stripfold.follow.static import End, StripModel, to_the_end
 from stripfold.paths import rpath
 from stripfold.paths.curve import GripperPath
-from stripfold.problem import AlongPath, AlongX
+from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature
+from stripfold.strip.model import Model
+from stripfold.strip.problem import AlongPath, AlongX
 from studies.common import Progress, dataset, pooled
 from studies.fabrics import COLUMNS, MAX_ROWS
 from studies.textile_law import FIRST, SHARES, bent

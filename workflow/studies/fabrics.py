@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stripfold import elastica, tables
-from stripfold.errors import InvalidInputError
-from stripfold.material import GRAVITY
+from stripfold import elastica
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import GRAVITY
+from stripfold.files import tables
 from studies.common import dataset
 from tasks import textile
 

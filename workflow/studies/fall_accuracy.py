@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.collapse import to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall
-from stripfold.analysis.static import StripModel
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
+from stripfold.follow.collapse import to_critical_point
+from stripfold.follow.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall
+from stripfold.follow.static import StripModel
 from stripfold.solve.schemes import EnergyMomentum, Scheme
 from studies.common import Progress, dataset, grid, timed
 from studies.integrators import GeneralisedAlpha

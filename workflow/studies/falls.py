@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.collapse import to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState, initial_state, simulate_fall, state_at_rest
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.follow.collapse import to_critical_point
+from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState, initial_state, simulate_fall, state_at_rest
+from stripfold.follow.static import StripModel
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping

@@ -17,15 +17,15 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica, paths
-from stripfold.analysis.assess import BUMP
-from stripfold.analysis.friction_needed import SPARE
-from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LEAST_BUMP, PUSH, SHARPEST, choose, scaled
-from stripfold.analysis.path_friction import STEP
-from stripfold.analysis.planned_motion import ACCURATE
-from stripfold.analysis.verdict import Verdict, assess_path
-from stripfold.arrays import Array
-from stripfold.errors import NoPathError, SolveError
-from stripfold.inputs import FoldingPlan, Strip
+from stripfold.ask.friction_needed import SPARE
+from stripfold.ask.inputs import FoldingPlan, Strip
+from stripfold.ask.path_choice import DELAY, FREE, GIVING, LEAST_BUMP, PUSH, SHARPEST, choose, scaled
+from stripfold.ask.planned_motion import ACCURATE
+from stripfold.ask.verdict import Verdict, assess_path
+from stripfold.base.arrays import Array
+from stripfold.base.errors import NoPathError, SolveError
+from stripfold.follow.assess import BUMP
+from stripfold.follow.path_friction import STEP
 from stripfold.paths import FoldPath
 from studies.common import Progress, attempted, pooled, table
 

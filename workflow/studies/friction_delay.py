@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.path_friction import load_incrementally
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.follow.path_friction import load_incrementally
+from stripfold.follow.static import StripModel
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid
 from studies.motion_with_friction import SNAP, TOUCH, Case, limit

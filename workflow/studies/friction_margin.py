@@ -13,10 +13,10 @@ from math import sqrt
 import xarray as xr
 
 from stripfold import paths
-from stripfold.analysis.friction_needed import Followed, lost_with
-from stripfold.errors import SolveError
-from stripfold.inputs import FoldingPlan
-from stripfold.material import Material
+from stripfold.ask.friction_needed import Followed, lost_with
+from stripfold.ask.inputs import FoldingPlan
+from stripfold.base.errors import SolveError
+from stripfold.base.material import Material
 from studies.common import Progress, dataset, grid
 
 ETA_B = 3780.0

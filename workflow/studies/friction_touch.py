@@ -15,25 +15,25 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.contact_branch import BranchPoint, from_elastica, solved
-from stripfold.analysis.contact_events import clearance
-from stripfold.analysis.moving_gripper import model_in_time, set_in_motion
-from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
-from stripfold.analysis.release import TIME_OPTIONS
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.errors import LostStabilityError, SolveError
-from stripfold.models.contact_mesh import ContactMesh, Topology
-from stripfold.moving_contact import MovingContact
+from stripfold.base.arrays import Array
+from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.follow.contact import touch_position, touches
+from stripfold.follow.contact_branch import BranchPoint, from_elastica, solved
+from stripfold.follow.contact_events import clearance
+from stripfold.follow.moving_gripper import model_in_time, set_in_motion
+from stripfold.follow.path_friction import Step, load_incrementally_from, with_effects
+from stripfold.follow.release import TIME_OPTIONS
+from stripfold.follow.static import StripModel
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
-from stripfold.problem import AlongPath, AlongX, Motion
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
+from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Motion
 from studies.common import Progress, dataset, grid
 from studies.motion_with_friction import SIZES, Case, Kept
 

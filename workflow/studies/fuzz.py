@@ -22,10 +22,10 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from stripfold.ask.results import StripCollapse
+from stripfold.ask.simulation import Simulation
 from stripfold.cli import main
-from stripfold.results import StripCollapse
-from stripfold.simulation import Simulation
-from stripfold.vision.threads import one_thread
+from stripfold.film.threads import one_thread
 from studies.common import Progress, dataset, pooled
 
 SHARES = {"arguments": 0.4, "yaml": 0.3, "tables": 0.1, "data": 0.1, "pictures": 0.1}
@@ -44,21 +44,21 @@ ENDINGS = ("answered", "followed", "refused", "failed")
 """A result was printed; the input was accepted, and the computation that it asks for left out; an error; a failure."""
 # Where an input has been checked and a long computation begins.
 _STOPS = (
-    "stripfold.results:StripCollapse.of",
-    "stripfold.path_assessment:PathAssessment.of",
-    "stripfold.stability_map:StabilityMap.of",
-    "stripfold.folding_plan:FoldingPlan.of",
-    "stripfold.sweep:_solve_all",
+    "stripfold.ask.results:StripCollapse.of",
+    "stripfold.ask.path_assessment:PathAssessment.of",
+    "stripfold.ask.stability_map:StabilityMap.of",
+    "stripfold.ask.folding_plan:FoldingPlan.of",
+    "stripfold.ask.sweep:_solve_all",
     "stripfold.synthetic.recording:history_of",
-    "stripfold.plots.film:_Stage",
-    "stripfold.plots.save:save_as",
-    "stripfold.vision.intrinsics:find_views",
-    "stripfold.vision.robot_grid:read_calibration_picture",
-    "stripfold.analysis.critical_point:solve_height",
+    "stripfold.draw.film:_Stage",
+    "stripfold.draw.save:save_as",
+    "stripfold.film.intrinsics:find_views",
+    "stripfold.film.robot_grid:read_calibration_picture",
+    "stripfold.ask.critical_point:solve_height",
     "stripfold.cli_doctor:_findings",
 )
 # A recording's table is read after a picture of a board.
-_SKIPPED = ("stripfold.vision.calibration:read_calibration_picture", "stripfold.vision.calibration:detect")
+_SKIPPED = ("stripfold.film.calibration:read_calibration_picture", "stripfold.film.calibration:detect")
 _STEP = re.compile(r"^ *\d+\.\d{3} s  .*\n", re.M)
 """A line of `--verbose`."""
 _NO_NUMBER = re.compile(r"(?<![\w-])-?(nan|inf|NaN|Infinity)(?![\w-])")

@@ -16,7 +16,7 @@ import numpy as np
 from hypothesis import strategies as st
 from PIL import Image
 
-from stripfold.store import DIGEST
+from stripfold.files.store import DIGEST
 from studies.fuzz import FOLDER, PIPE, Case
 
 Draw = Callable[[st.SearchStrategy[Any]], Any]

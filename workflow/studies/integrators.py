@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Equilibrium, FixedUnknowns

@@ -21,8 +21,8 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from stripfold import store
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
+from stripfold.files import store
 from studies.common import Progress, table
 from studies.slurm_run import untimed
 

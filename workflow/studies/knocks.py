@@ -15,19 +15,19 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch
-from stripfold.analysis.contact import touches
-from stripfold.analysis.contact_set import on_nodes
-from stripfold.analysis.prediction import ElasticaPrediction, snap
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
-from stripfold.problem import StripProblem
+from stripfold.ask.prediction import ElasticaPrediction, snap
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.follow import contact_branch
+from stripfold.follow.contact import touches
+from stripfold.follow.contact_set import on_nodes
+from stripfold.follow.static import StripModel
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
+from stripfold.strip.problem import StripProblem
 from studies.common import Progress, dataset
 
 ROOM = 8.0

@@ -22,19 +22,19 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 from scipy.stats import linregress, t
 
-from stripfold.analysis.contact import touches
-from stripfold.analysis.contact_set import on_nodes
-from stripfold.analysis.path_statics import NODAL_STEPS
-from stripfold.analysis.static import LAMBDA_TOLERANCE, StripModel, XRun, solve_height
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
-from stripfold.problem import StripProblem
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.follow.contact import touches
+from stripfold.follow.contact_set import on_nodes
+from stripfold.follow.path_statics import NODAL_STEPS
+from stripfold.follow.static import LAMBDA_TOLERANCE, StripModel, XRun, solve_height
 from stripfold.solve import continuation, critical, dynamics
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
 from stripfold.solve.problem import Point, Tangent
 from stripfold.solve.schemes import Damping
+from stripfold.strip.problem import StripProblem
 from studies.common import Progress, dataset, grid
 
 INERTIAL, OVERDAMPED = 4.0 / 5.0, 2.0 / 3.0

@@ -18,11 +18,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.assess import shape_error
-from stripfold.analysis.collapse import nodes
-from stripfold.analysis.path_in_time import SPEED, TIME_OPTIONS, PathInTime, follow_in_time, opened
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.follow.assess import shape_error
+from stripfold.follow.collapse import nodes
+from stripfold.follow.path_in_time import SPEED, TIME_OPTIONS, PathInTime, follow_in_time, opened
+from stripfold.follow.static import StripModel
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.low_path import low

@@ -18,14 +18,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stripfold import elastica
-from stripfold.analysis.assess import BUMP, assess_strip, peak_forces, shape_error, size_of_fall
-from stripfold.analysis.contact import columns_on_floor, touches
-from stripfold.analysis.path_in_time import follow_in_time
-from stripfold.analysis.path_statics import MOVING, follow
-from stripfold.analysis.release import Fall, ReleaseState, simulate_fall
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.follow.assess import BUMP, assess_strip, peak_forces, shape_error, size_of_fall
+from stripfold.follow.contact import columns_on_floor, touches
+from stripfold.follow.path_in_time import follow_in_time
+from stripfold.follow.path_statics import MOVING, follow
+from stripfold.follow.release import Fall, ReleaseState, simulate_fall
+from stripfold.follow.static import StripModel
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path

@@ -17,13 +17,13 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from stripfold.arrays import Array
-from stripfold.vision import recording, video
-from stripfold.vision.calibration import calibrate_folder
-from stripfold.vision.marker import Marker
-from stripfold.vision.measure import measure
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.recording import NAME
+from stripfold.base.arrays import Array
+from stripfold.film import recording, video
+from stripfold.film.calibration import calibrate_folder
+from stripfold.film.marker import Marker
+from stripfold.film.measure import measure
+from stripfold.film.measurement import Measurement
+from stripfold.film.recording import NAME
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_common import event_of, write_still
 

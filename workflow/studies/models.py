@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import End, StripModel
-from stripfold.errors import SolveError
-from stripfold.material import Material
-from stripfold.models.model_error import PLANE, ROD, Section, exact, one_across
+from stripfold.ask.model_error import PLANE, ROD, Section, exact, one_across
+from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.base.errors import SolveError
+from stripfold.base.material import Material
+from stripfold.follow.static import End, StripModel
 from studies.common import Progress, dataset, grid
 
 MODELS = ("rod", "solid")

@@ -16,13 +16,13 @@ import scipy.linalg
 import xarray as xr
 from numpy.polynomial import Polynomial, legendre
 
-from stripfold.arrays import Array, Index
-from stripfold.models.model import Model
-from stripfold.models.solid import Solid
+from stripfold.base.arrays import Array, Index
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
+from stripfold.strip.model import Model
+from stripfold.strip.solid import Solid
 from studies.common import NO_RESULT, attempted, dataset
 from studies.integrators import WithoutMemory
 

@@ -13,19 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import BranchPoint, from_flat, solved
-from stripfold.analysis.contact_events import clearance
-from stripfold.analysis.friction_boundary import LEAST_LYING
-from stripfold.analysis.path_friction import Step, load_incrementally_from
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.effects import Hysteresis
-from stripfold.errors import LostStabilityError
-from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
-from stripfold.models.model import Model
-from stripfold.moving_contact import MovingContact
+from stripfold.ask.friction_boundary import LEAST_LYING
+from stripfold.base.arrays import Array
+from stripfold.base.errors import LostStabilityError
+from stripfold.follow.contact_branch import BranchPoint, from_flat, solved
+from stripfold.follow.contact_events import clearance
+from stripfold.follow.path_friction import Step, load_incrementally_from
+from stripfold.follow.static import StripModel
 from stripfold.paths.curve import Interpolated
-from stripfold.problem import AlongPath, AlongX, Lift, Motion
+from stripfold.strip.contact_mesh import ContactMesh, Sizes, Topology
+from stripfold.strip.effects import Hysteresis
+from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Lift, Motion
 
 SIZES = Sizes(free=0.12, lying=0.15)
 BEGIN = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1)

@@ -14,15 +14,15 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import STEPS, from_elastica
-from stripfold.analysis.prediction import BEFORE, ElasticaPrediction
-from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT, StripModel
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
-from stripfold.models.contact_mesh import ContactMesh
-from stripfold.problem import AlongX
+from stripfold.ask.prediction import BEFORE, ElasticaPrediction
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.follow.contact_branch import STEPS, from_elastica
+from stripfold.follow.static import LAMBDA_TOLERANCE, LIMIT, StripModel
 from stripfold.solve import continuation, critical
 from stripfold.solve.events import Crossing
+from stripfold.strip.contact_mesh import ContactMesh
+from stripfold.strip.problem import AlongX
 from studies.common import Progress, attempted, dataset, grid, timed
 
 MODELS = ("rod", "solid")

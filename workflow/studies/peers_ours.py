@@ -9,11 +9,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import from_elastica
-from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.problem import AlongX
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.base.arrays import Array
+from stripfold.follow.contact_branch import from_elastica
+from stripfold.follow.static import StripModel
+from stripfold.strip.problem import AlongX
 
 Line = tuple[Array, Array]
 """Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""

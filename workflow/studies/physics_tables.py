@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from studies import variants
 from studies.common import markdown_table
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stripfold.arrays import Array
-from stripfold.models.laws import LAWS, Lame, Law
+from stripfold.base.arrays import Array
+from stripfold.strip.laws import LAWS, Lame, Law
 from studies.common import dataset
 
 STRETCH = 1.1

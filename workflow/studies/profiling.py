@@ -17,22 +17,23 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch, prediction
-from stripfold.analysis import critical_point as critical
-from stripfold.analysis.verdict import assess_path
+from stripfold.ask import critical_point as critical
+from stripfold.ask import prediction
+from stripfold.ask.inputs import Scene
+from stripfold.ask.verdict import assess_path
+from stripfold.base.errors import StripfoldError
+from stripfold.base.material import Material
 from stripfold.elastica import _events as events
 from stripfold.elastica import _system as system
 from stripfold.elastica import critical_point
 from stripfold.elastica.state import State
-from stripfold.errors import StripfoldError
-from stripfold.inputs import Scene
-from stripfold.material import Material
-from stripfold.models.contact_mesh import ContactMesh
-from stripfold.models.model import Model
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
+from stripfold.follow import contact_branch
 from stripfold.solve import compiled_step, continuation, dynamics, limit_point, newton
 from stripfold.solve.linear import Band
+from stripfold.strip.contact_mesh import ContactMesh
+from stripfold.strip.model import Model
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 from studies.common import dataset
 from tasks.assess_data import path_of
 

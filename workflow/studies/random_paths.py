@@ -16,11 +16,11 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from stripfold.analysis.assess import Assessment, assess_strip
-from stripfold.analysis.contact_branch import STEPS
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.follow.assess import Assessment, assess_strip
+from stripfold.follow.contact_branch import STEPS
+from stripfold.follow.static import StripModel
 from stripfold.paths import table as user_table
 from stripfold.paths.curve import GripperPath, polygon_length
 from studies.common import Progress, attempted, pooled, table

@@ -13,12 +13,12 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import critical_point
-from stripfold.arrays import Array
-from stripfold.inputs import Scene as StripScene
-from stripfold.material import Material
+from stripfold.ask import critical_point
+from stripfold.ask.inputs import Scene as StripScene
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.film.measurement import WARNING
 from stripfold.synthetic.scene import Scene
-from stripfold.vision.measurement import WARNING
 from studies.common import dataset
 
 SIZE = (480, 360)

@@ -1,7 +1,7 @@
 """The accuracy of measured values of lambda, from many small synthetic recordings, each with its truth.
 
 The recordings are rendered, encoded and measured like any other.  The truth is from the kinetic energy of the motion
-itself: the detector (:mod:`stripfold.vision.snap`), with its window and its robust speed, has no part in it.
+itself: the detector (:mod:`stripfold.film.snap`), with its window and its robust speed, has no part in it.
 Where a strip moves by mechanics behind a slow gripper, eta_b by its motion is compared with the true one: with no
 friction described, and with its friction, to an error as of a bending test, and an eta_b that is wrong.
 Every fourth recording is of the second generator (:mod:`second_generator`), which brings its own truth.
@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.arrays import Array
-from stripfold.material import GRAVITY, Material
-from stripfold.vision import eta_motion, measure, recording
-from stripfold.vision.eta_motion import MotionEtaB
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.recording import Entries, Recording
+from stripfold.base.arrays import Array
+from stripfold.base.material import GRAVITY, Material
+from stripfold.film import eta_motion, measure, recording
+from stripfold.film.eta_motion import MotionEtaB
+from stripfold.film.measurement import Measurement
+from stripfold.film.recording import Entries, Recording
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_chain import ChainCase, is_chain
 from studies.recordings_common import event_of, measure_with

@@ -10,13 +10,13 @@ import numpy as np
 
 from second_generator.recording import Design
 from second_generator.recording import write_calibration as write_chain_calibration
-from stripfold import store
+from stripfold.files import store
+from stripfold.film import measure
+from stripfold.film.calibration import Calibration, calibrate_folder
+from stripfold.film.measurement import Measurement
+from stripfold.film.recording import Recording
+from stripfold.film.tracking import track
 from stripfold.synthetic import recording as synthetic
-from stripfold.vision import measure
-from stripfold.vision.calibration import Calibration, calibrate_folder
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.recording import Recording
-from stripfold.vision.tracking import track
 from studies.recordings_design import case as design_case
 
 RAISED, SWING, FOLLOWING = 0.1, 0.35, 0.4

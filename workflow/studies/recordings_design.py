@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
-from stripfold.material import GRAVITY
+from stripfold.base.material import GRAVITY
 from stripfold.synthetic import recording
 from stripfold.synthetic.scene import DynamicsMotion, Filming, Scene
 

@@ -13,10 +13,10 @@ from functools import partial
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.assess import BIFURCATION, assess_strip
-from stripfold.analysis.static import StripModel
+from stripfold.base.errors import SolveError
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
-from stripfold.errors import SolveError
+from stripfold.follow.assess import BIFURCATION, assess_strip
+from stripfold.follow.static import StripModel
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid
 from tasks.assess_data import off_the_boundary

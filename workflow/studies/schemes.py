@@ -15,18 +15,18 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.contact import touches
-from stripfold.analysis.contact_set import on_nodes
-from stripfold.analysis.static import StripModel, XRun, solve_height
-from stripfold.arrays import Array, Index
-from stripfold.errors import SolveError
-from stripfold.problem import StripProblem
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import SolveError
+from stripfold.follow.contact import touches
+from stripfold.follow.contact_set import on_nodes
+from stripfold.follow.static import StripModel, XRun, solve_height
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
+from stripfold.strip.problem import StripProblem
 from studies.common import attempted, blank, dataset
 from studies.integrators import Bathe, GeneralisedAlpha, WithoutMemory
 from studies.modes import HeldStrip

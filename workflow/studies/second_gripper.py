@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.second_gripper import Unheld, before_snap, hold, stable_advance
-from stripfold.analysis.static import StripModel
-from stripfold.errors import SolveError
+from stripfold.ask.second_gripper import Unheld, before_snap, hold, stable_advance
+from stripfold.base.errors import SolveError
+from stripfold.follow.static import StripModel
 from studies.common import Progress, dataset, pooled
 
 

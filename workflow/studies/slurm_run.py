@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stripfold import store
+from stripfold.files import store
 from studies.common import table
 
 MEASURED = ("clocked", "cost", "memory", "seconds", "solving", "wall")

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold.film import recording
 from stripfold.synthetic import recording as synthetic
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import recording
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_common import event_of, measure_with
 

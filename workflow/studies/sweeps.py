@@ -13,9 +13,9 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from stripfold import store
-from stripfold.analysis import critical_point
-from stripfold.inputs import Scene
+from stripfold.ask import critical_point
+from stripfold.ask.inputs import Scene
+from stripfold.files import store
 from studies.common import command, dataset, processor_time, timed_process
 
 LENGTH = 0.6

@@ -12,15 +12,15 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import BranchPoint, from_elastica, from_flat, solved, transferred
-from stripfold.analysis.path_friction import load_incrementally_from, steps_on
-from stripfold.analysis.static import End, StripModel, to_the_end
-from stripfold.arrays import Array
-from stripfold.effects import BendingLaw, MomentCurvature
-from stripfold.errors import LostStabilityError
-from stripfold.moving_contact import MovingContact
+from stripfold.base.arrays import Array
+from stripfold.base.errors import LostStabilityError
+from stripfold.follow.contact_branch import BranchPoint, from_elastica, from_flat, solved, transferred
+from stripfold.follow.path_friction import load_incrementally_from, steps_on
+from stripfold.follow.static import End, StripModel, to_the_end
 from stripfold.paths import rpath
-from stripfold.problem import AlongPath, AlongX, Motion
+from stripfold.strip.effects import BendingLaw, MomentCurvature
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Motion
 from studies.common import blank, dataset
 from tasks import textile
 

@@ -21,21 +21,21 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch, contact_events
-from stripfold.analysis.assess import grip_and_hold
-from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
-from stripfold.analysis.path_statics import FIRST, LIMIT, follow
-from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
-from stripfold.analysis.release import Fall, ReleaseState, simulate_fall
-from stripfold.analysis.static import End, StripModel
-from stripfold.arrays import Array, Index
-from stripfold.errors import SolveError
-from stripfold.models.model import Model
-from stripfold.moving_contact import MovingContact
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import SolveError
+from stripfold.follow import contact_branch, contact_events
+from stripfold.follow.assess import grip_and_hold
+from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
+from stripfold.follow.path_statics import FIRST, LIMIT, follow
+from stripfold.follow.release import Fall, ReleaseState, simulate_fall
+from stripfold.follow.static import End, StripModel
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.geometric import triangular
-from stripfold.problem import AlongPath, AlongX, Motion
 from stripfold.solve.events import Event
+from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Motion
 from studies.common import NO_RESULT, Progress, attempted, markdown_table, pooled, table
 
 FALL = Fall(to_rest=False)

@@ -12,7 +12,7 @@ from pathlib import Path
 import xarray as xr
 from packaging.requirements import Requirement
 
-from stripfold.extras import MODULES
+from stripfold.base.extras import MODULES
 from studies.commands import COMMANDS, Outcome, run_all
 from studies.common import ONE_CORE, Progress, dataset, pooled
 

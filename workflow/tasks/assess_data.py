@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stripfold import schema
-from stripfold.analysis.assess import Assessment, CriticalEvent, assess_strip, lying_length, peak_forces, shape_error
-from stripfold.analysis.release import Fall, Progress
-from stripfold.analysis.static import StripModel, solve_height
-from stripfold.arrays import Array
-from stripfold.material import Material
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.files import schema
+from stripfold.follow.assess import Assessment, CriticalEvent, assess_strip, lying_length, peak_forces, shape_error
+from stripfold.follow.release import Fall, Progress
+from stripfold.follow.static import StripModel, solve_height
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import plan_r_path

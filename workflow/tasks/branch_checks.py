@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stripfold.errors import StripfoldError
+from stripfold.base.errors import StripfoldError
 
 if TYPE_CHECKING:
     import xarray as xr

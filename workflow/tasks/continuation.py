@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import select_model
+from stripfold.ask import select_model
 from tasks import x_axis
 from tasks.branch_checks import check_branch
 from tasks.materials import material_of

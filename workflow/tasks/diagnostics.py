@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stripfold.analysis.contact_branch import BranchPoint
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.follow.contact_branch import BranchPoint
 
 NEAR_END = 0.01
 """Share of the first element over which the direction of the grasped end is taken."""

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold import store
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.files import store
 from tasks.explorer_states import nodes_and_integral
 
 SOURCES = Path(__file__).parents[1] / "explorer"

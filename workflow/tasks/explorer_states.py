@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica._checks import height
 from stripfold.elastica._continuation import Point, at_height, to_event

@@ -7,8 +7,8 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from stripfold import store
-from stripfold.plots.save import save
+from stripfold.draw.save import save
+from stripfold.files import store
 
 
 def figures(drawings: Sequence[Mapping[str, Any]], output: Any) -> None:

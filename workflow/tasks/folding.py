@@ -9,10 +9,10 @@ from typing import Any
 import xarray as xr
 
 from stripfold import Strip
-from stripfold.analysis import collapse
-from stripfold.errors import SolveError
+from stripfold.ask.simulation import Release
+from stripfold.base.errors import SolveError
+from stripfold.follow import collapse
 from stripfold.paths import low
-from stripfold.simulation import Release
 from tasks import assess_data, post_critical
 from tasks import friction as needed_friction
 from tasks import plans as planned

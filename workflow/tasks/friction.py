@@ -13,23 +13,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stripfold import schema
-from stripfold.analysis.collapse import nodes
-from stripfold.analysis.contact import touch_position
-from stripfold.analysis.contact_branch import Planned
-from stripfold.analysis.path_friction import Step, effects_of, load_incrementally
-from stripfold.analysis.release import Progress
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.effects import Pull
-from stripfold.errors import LostStabilityError, SolveError
-from stripfold.material import Material
-from stripfold.models.contact_mesh import ContactMesh
-from stripfold.moving_contact import MovingContact
+from stripfold.base.arrays import Array
+from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.base.material import Material
+from stripfold.files import schema
+from stripfold.follow.collapse import nodes
+from stripfold.follow.contact import touch_position
+from stripfold.follow.contact_branch import Planned
+from stripfold.follow.path_friction import Step, effects_of, load_incrementally
+from stripfold.follow.release import Progress
+from stripfold.follow.static import StripModel
 from stripfold.paths.rpath import RPath, plan_r_path
-from stripfold.problem import Motion
 from stripfold.solve import continuation
 from stripfold.solve.problem import Equilibrium
+from stripfold.strip.contact_mesh import ContactMesh
+from stripfold.strip.effects import Pull
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import Motion
 
 if TYPE_CHECKING:
     import xarray as xr

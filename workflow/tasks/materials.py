@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from stripfold.material import Material
+from stripfold.base.material import Material
 
 
 def material_of(entry: Mapping[str, Any], gravity: float) -> Material:

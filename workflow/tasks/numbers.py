@@ -14,7 +14,7 @@ import xarray as xr
 import documented
 from evidence import ROOT, why_stale
 from plots import gallery_markdown
-from stripfold import store
+from stripfold.files import store
 from studies import FRESH_CLONE
 from studies.summary import claims, run
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stripfold import schema
-from stripfold.arrays import Array
-from stripfold.material import Material
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.files import schema
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import RPath, plan_r_path

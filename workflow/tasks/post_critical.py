@@ -10,19 +10,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from stripfold import schema
-from stripfold.analysis.contact_branch import STEPS, BranchPoint, solved
-from stripfold.analysis.contact_events import clearance
-from stripfold.analysis.contact_set import on_nodes
-from stripfold.analysis.path_statics import State, StaticSegment, follow
-from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, at_rest, simulate_fall
-from stripfold.analysis.static import StripModel, XRun, solve_height
-from stripfold.errors import SolveError
-from stripfold.material import Material
-from stripfold.moving_contact import MovingContact
+from stripfold.base.errors import SolveError
+from stripfold.base.material import Material
+from stripfold.files import schema
+from stripfold.follow.contact_branch import STEPS, BranchPoint, solved
+from stripfold.follow.contact_events import clearance
+from stripfold.follow.contact_set import on_nodes
+from stripfold.follow.path_statics import State, StaticSegment, follow
+from stripfold.follow.release import Fall, Motion, Progress, ReleaseState, at_rest, simulate_fall
+from stripfold.follow.static import StripModel, XRun, solve_height
 from stripfold.paths.rpath import RPath, plan_r_path
-from stripfold.problem import AlongPath
 from stripfold.solve.continuation import step_to
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath
 from tasks.states import dataset, rows_of_motion, rows_of_segment
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.measured import RecordingMeasurement
+from stripfold.film.measured import RecordingMeasurement
 
 
 def record(
@@ -45,7 +45,7 @@ def measure(folders: Sequence[Path], output: Any, progress: Callable[[str], None
 
 def frames(folder: Path, measured: xr.Dataset) -> xr.Dataset:
     """The first frame of a synthetic recording, that at the onset of the snap, and the last."""
-    from stripfold.vision.video import read
+    from stripfold.film.video import read
     from studies.common import dataset
 
     with read(folder / "video.mkv") as film:

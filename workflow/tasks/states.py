@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stripfold import schema
-from stripfold.analysis.collapse import nodes
-from stripfold.analysis.path_statics import StaticSegment
-from stripfold.analysis.release import Motion
-from stripfold.arrays import Array
-from stripfold.material import Material
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.files import schema
+from stripfold.follow.collapse import nodes
+from stripfold.follow.path_statics import StaticSegment
+from stripfold.follow.release import Motion
 from stripfold.paths.curve import GripperPath
-from stripfold.problem import StripProblem
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
+from stripfold.strip.problem import StripProblem
 
 if TYPE_CHECKING:
     import xarray as xr

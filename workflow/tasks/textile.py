@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stripfold import elastica, tables
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
-from stripfold.material import GRAVITY
-from stripfold.roots import root
+from stripfold import elastica
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import GRAVITY
+from stripfold.base.roots import root
+from stripfold.files import tables
 
 COLUMNS = "curvature_1_per_m,moment_N"
 MAX_ROWS = 10_000

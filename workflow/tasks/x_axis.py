@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stripfold import elastica, schema
-from stripfold.analysis import select_model
-from stripfold.analysis.collapse import node_weights
-from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
-from stripfold.arrays import Array
-from stripfold.material import Material
-from stripfold.schema import Variable
+from stripfold import elastica
+from stripfold.ask import select_model
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.files import schema
+from stripfold.files.schema import Variable
+from stripfold.follow.collapse import node_weights
+from stripfold.follow.static import End, StripModel, XRun, along_x, lift
 from stripfold.solve.critical import CriticalPoint
 from tasks.diagnostics import Record, record
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 
 STRETCH = 2.5
 """Spacing of the nodes at 1 over that of an unmapped grid, and the inverse at 0: saves a third of the nodes."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stripfold.errors import InvalidInputError
+from stripfold.base.errors import InvalidInputError
 
 MIN_HEIGHT, MAX_HEIGHT = 0.1, 100.0
 """Tested range of gripper heights of a branch, in L*."""

@@ -17,7 +17,9 @@ from math import sqrt
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import ContinuationError, NewtonError
+from stripfold.base.roots import root
 from stripfold.elastica._events import Event
 from stripfold.elastica._system import (
     FORCE_0,
@@ -38,8 +40,6 @@ from stripfold.elastica._system import (
     solve,
     solved,
 )
-from stripfold.errors import ContinuationError, NewtonError
-from stripfold.roots import root
 
 # Angles in rad, steps in arc length.
 WANTED_CORRECTION = 0.02  # of theta by the corrector: the step length is kept

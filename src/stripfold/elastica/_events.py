@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica._system import (
     LENGTH,
     Condition,

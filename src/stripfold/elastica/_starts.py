@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._system import LENGTH, SCALARS, next_count, refine
 

@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import NewtonError
 from stripfold.elastica._chebyshev import Grid, grid, resample
-from stripfold.errors import NewtonError
 
 SCALARS = 3
 FORCE_X, FORCE_0, LENGTH = -3, -2, -1  # indices in the vector of unknowns

@@ -13,12 +13,12 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, sqrt
 
+from stripfold.base.errors import InvalidInputError
 from stripfold.elastica._continuation import Point, at_height, between, march, point_at, to_event, until
 from stripfold.elastica._events import TOUCH, advance_gradient, at_advance, length_gradient, slope
 from stripfold.elastica._system import FORCE_X, evaluate
 from stripfold.elastica.critical_point import critical
 from stripfold.elastica.state import State
-from stripfold.errors import InvalidInputError
 
 FIRST_STEP, MAX_STEP = 0.02, 0.2  # in arc length, from the critical point
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica._checks import number
 from stripfold.elastica._continuation import Family, Point, march, point_at, to_event
 from stripfold.elastica._events import SNAP, TOUCH, Event, advance_gradient, at_length, length_gradient

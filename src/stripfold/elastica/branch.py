@@ -7,14 +7,14 @@ from itertools import chain, pairwise
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import height, positive
 from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
 from stripfold.elastica._events import LONGEST, SHORTEST, SNAP, at_advance, at_length
 from stripfold.elastica._system import FORCE_X, LENGTH, Evaluation, evaluate, fixed, gripper_at, solve
 from stripfold.elastica.state import State
-from stripfold.errors import InvalidInputError
 
 LIMIT_REACTION = 1.202702  # at lift-off, without horizontal force, for z -> infinity: a starting guess
 FIRST_STEP, MAX_STEP = 0.2, 0.5  # in arc length, along a branch that is searched for an event

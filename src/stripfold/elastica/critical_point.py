@@ -18,7 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import ContinuationError
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import MAX_HEIGHT, MIN_HEIGHT, height
 from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH
@@ -26,7 +27,6 @@ from stripfold.elastica._starts import START_OF_SNAPS, start
 from stripfold.elastica._system import gripper_at, no_lift_off_moment, solve
 from stripfold.elastica.branch import state_at
 from stripfold.elastica.state import State
-from stripfold.errors import ContinuationError
 
 
 @dataclass(frozen=True, eq=False)

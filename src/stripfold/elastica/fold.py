@@ -12,12 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from stripfold.base.errors import SolveError
+from stripfold.base.material import GRAVITY
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number, positive
 from stripfold.elastica._system import FORCE_X, end_angle, fixed, no_lift_off_moment, solve
 from stripfold.elastica.state import State
-from stripfold.errors import SolveError
-from stripfold.material import GRAVITY
 
 GUESS = 3.745, 4.683
 """Guess of the lift-off reaction and the arc length of the loop."""

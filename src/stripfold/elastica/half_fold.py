@@ -12,13 +12,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
 from stripfold.elastica._continuation import Family, Point, between, march, point_at, to_event, until
 from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH, Event
 from stripfold.elastica._system import FORCE_X, LENGTH, SCALARS, evaluate, fixed, no_lift_off_moment, refine, solve
 from stripfold.elastica.branch import LIMIT_REACTION, no_force_guess
 from stripfold.elastica.state import State
-from stripfold.errors import SolveError
 
 SHORTEST = 0.2  # free length, L*, below which a lifted strip counts as flat: its gripper is 7e-5 L* high
 SPACING = 0.1  # largest distance of successive states, in free length or arc length

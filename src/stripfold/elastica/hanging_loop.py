@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError, NewtonError
+from stripfold.base.material import GRAVITY
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number, positive
-from stripfold.errors import InvalidInputError, NewtonError
-from stripfold.material import GRAVITY
 
 ENDS = {"heart": (0.5 * np.pi, -np.pi), "pear": (-0.5 * np.pi, -np.pi)}
 """Angles at the clamp and at the lowest point, rad."""

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stripfold.base.errors import SolveError
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._system import FORCE_X, LENGTH, Condition, end_angle, end_height, fixed, linear, solve
 from stripfold.elastica.state import State
-from stripfold.errors import SolveError
 
 SPACING = 0.1  # largest difference of the curvature at the contact between successive states, 1/L*
 

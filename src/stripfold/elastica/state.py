@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.roots import root
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._system import FORCE_0, FORCE_X, Evaluation
-from stripfold.errors import InvalidInputError
-from stripfold.roots import root
 
 
 class Profile(NamedTuple):

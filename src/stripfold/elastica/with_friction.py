@@ -15,7 +15,7 @@ from math import floor, log
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica._continuation import Point
 from stripfold.elastica._events import SNAP

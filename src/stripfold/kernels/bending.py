@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.kernels.compiler import compiled, matrix, vector
 
 unknowns_type, factor_type = numba.int64[:, :, :, ::1], numba.float64[:, :, ::1]

@@ -1,4 +1,4 @@
-"""Curves through points, and grey values beside them: :mod:`stripfold.vision.cross_sections`."""
+"""Curves through points, and grey values beside them: :mod:`stripfold.film.cross_sections`."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numba
 
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.kernels import rod, solid
 from stripfold.kernels.compiler import compiled, matrix, vector
 

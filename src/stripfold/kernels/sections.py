@@ -1,4 +1,4 @@
-"""Cross sections of a strip in a picture, and their smoothing: :mod:`stripfold.vision.cross_sections`."""
+"""Cross sections of a strip in a picture, and their smoothing: :mod:`stripfold.film.cross_sections`."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def free_side(curve, across, width, layer, margin):
 
 @compiled(matrix(vector, numba.float64))
 def factor(weights, cutoff):
-    """L and D of the matrix L D L^T of :mod:`stripfold.vision.smoothing`: D and the diagonals below it, shape (n, 4).
+    """L and D of the matrix L D L^T of :mod:`stripfold.film.smoothing`: D and the diagonals below it, shape (n, 4).
 
     A wave of length ``cutoff``, in spacings, is halved.
     """

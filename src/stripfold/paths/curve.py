@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from stripfold.arrays import Array, ByValue
+from stripfold.base.arrays import Array, ByValue
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from stripfold.arguments import checked, file_name
-from stripfold.arrays import Array, ByValue
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import OwnPath, PlannedPath
+from stripfold.ask.inputs import OwnPath, PlannedPath
+from stripfold.base.arguments import checked, file_name
+from stripfold.base.arrays import Array, ByValue
+from stripfold.base.errors import InvalidInputError
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.robot_log import LogFormat
@@ -86,13 +86,13 @@ class FoldPath(ByValue):
 
     def to_csv(self, file: str | os.PathLike[str]) -> None:
         """Write the table ``t,x,z`` that :func:`read` takes."""
-        from stripfold.store import write_text
+        from stripfold.files.store import write_text
 
         write_text(self.as_text(), file)
 
     def to_dataset(self) -> xr.Dataset:
         """x and z of the gripper, m, over the pseudo time."""
-        from stripfold import schema
+        from stripfold.files import schema
 
         t, x, z = self.places.T
         values = {"pseudo_time": ("pseudo_time", t), "gripper_x": ("pseudo_time", x), "gripper_z": ("pseudo_time", z)}
@@ -100,7 +100,7 @@ class FoldPath(ByValue):
 
     def plot(self) -> Figure:
         """The path."""
-        from stripfold.plots.results import draw_strip
+        from stripfold.draw.results import draw_strip
 
         return draw_strip([], self.places[:, 1:])
 

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.paths.curve import GripperPath, Piece, pieces_through
 
 

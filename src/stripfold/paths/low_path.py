@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from stripfold import elastica
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import check_half_fold

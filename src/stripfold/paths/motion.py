@@ -7,7 +7,7 @@ from math import sqrt
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.paths.table import CORNER
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stripfold.arrays import Array, Mask
-from stripfold.errors import InvalidInputError
-from stripfold.material import UNITS
+from stripfold.base.arrays import Array, Mask
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import UNITS
 
 STIFFEST = 16.0
 """Largest decimal logarithm of the spline's penalty, with rows one apart: longer than any log."""

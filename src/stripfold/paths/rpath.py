@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from stripfold import elastica
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizontal_force
 from stripfold.elastica.point_contact import states_point_contact
 from stripfold.elastica.state import State
-from stripfold.errors import InvalidInputError
 from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 
 LONGEST = 100.0

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stripfold.arrays import Array, Mask
-from stripfold.errors import InvalidInputError
-from stripfold.material import UNITS
+from stripfold.base.arrays import Array, Mask
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import UNITS
+from stripfold.files.tables import read_table
 from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 from stripfold.paths.robot_log import LogFormat, smoothed
-from stripfold.tables import read_table
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))

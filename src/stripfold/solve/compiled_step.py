@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stripfold import kernels
-from stripfold.arrays import Array
-from stripfold.errors import CrushedError, NewtonError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import CrushedError, NewtonError
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Equilibrium
 

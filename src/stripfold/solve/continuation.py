@@ -16,8 +16,8 @@ from typing import overload
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
-from stripfold.errors import ContinuationError, NewtonError, SolveError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import ContinuationError, NewtonError, SolveError
 from stripfold.solve import newton
 from stripfold.solve.events import Crossing, Event, narrow
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner

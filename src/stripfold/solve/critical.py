@@ -16,8 +16,8 @@ from math import inf, sqrt
 
 import numpy as np
 
-from stripfold.arrays import Array
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
 from stripfold.solve import continuation, limit_point, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.events import Crossing, Event

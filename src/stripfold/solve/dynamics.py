@@ -13,8 +13,8 @@ from math import inf, sqrt
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
-from stripfold.errors import NewtonError, SolveError, TimeStepError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import NewtonError, SolveError, TimeStepError
 from stripfold.solve.drive import Drive
 from stripfold.solve.newton import NewtonOptions, rounding
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart

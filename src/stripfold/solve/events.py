@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from stripfold.errors import SolveError
+from stripfold.base.errors import SolveError
 from stripfold.solve.problem import Point
 
 

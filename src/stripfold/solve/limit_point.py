@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
-from stripfold.errors import NewtonError, SolveError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import NewtonError, SolveError
 from stripfold.solve.newton import Linearised, NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 

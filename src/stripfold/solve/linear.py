@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from stripfold import kernels
-from stripfold.arrays import Array, Index
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import SolveError
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stripfold.arrays import Array, Index
-from stripfold.errors import CrushedError, NewtonError, SolveError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import CrushedError, NewtonError, SolveError
 from stripfold.solve.linear import Matrix, Solve, solve_bordered
 from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.solve.linear import Matrix
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.solve import compiled_step, newton
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions

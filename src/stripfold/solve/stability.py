@@ -11,8 +11,8 @@ from sys import float_info
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
-from stripfold.errors import SolveError
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import SolveError
 from stripfold.solve.linear import Matrix, Solve
 
 MOST_VECTORS, FIRST_CHECK = 60, 7

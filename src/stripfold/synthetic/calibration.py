@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stripfold.arrays import Array, Picture
+from stripfold.base.arrays import Array, Picture
+from stripfold.film.boards import Board
 from stripfold.synthetic.render import DICTIONARY, Renderer, divided, marker_cells
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import rotation_vector
-from stripfold.vision.boards import Board
 
 Pose = tuple[Array, Array]
 """Rotation matrix and translation, m, of a board in the camera frame."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from stripfold import kernels
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 from stripfold.synthetic.view import Light
 
 

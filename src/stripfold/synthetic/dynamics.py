@@ -7,10 +7,10 @@ from math import sqrt
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from stripfold.analysis import moving_gripper
-from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
-from stripfold.inputs import Strip
+from stripfold.ask.inputs import Strip
+from stripfold.base.arrays import Array
+from stripfold.follow import moving_gripper
+from stripfold.follow.static import StripModel
 from stripfold.solve.schemes import Damping
 from stripfold.synthetic.history import RATE, STATIONS, History
 from stripfold.synthetic.scene import DynamicsMotion, Scene

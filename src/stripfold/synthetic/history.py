@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
 
 RATE = 500.0
 """Stored states per second."""

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.synthetic.history import RATE
 from stripfold.synthetic.scene import ShapesMotion
 

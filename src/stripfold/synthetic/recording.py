@@ -12,17 +12,17 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from stripfold import schema, store
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
-from stripfold.percent import Percent
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.percent import Percent
+from stripfold.files import schema, store
+from stripfold.film.recording import Entries
 from stripfold.synthetic.calibration import Calibration, board_of
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.video import encode, tick, timeline
-from stripfold.vision.recording import Entries
 
 
 def history_of(scene: Scene) -> History:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.film.boards import dictionary
 from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import Light, Rays, View
-from stripfold.vision.boards import dictionary
 
 FRONT, BACK = -0.05, 0.4
 """Front edge of the table and the wall behind it: distances from the folding plane, m."""

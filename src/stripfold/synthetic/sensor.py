@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from scipy.special import ndtri
 
-from stripfold.arrays import Array, Picture
+from stripfold.base.arrays import Array, Picture
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.view import Light

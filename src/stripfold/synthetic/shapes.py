@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
 from stripfold.synthetic import laws
 from stripfold.synthetic.history import STATIONS, History
 from stripfold.synthetic.scene import Scene, ShapesMotion

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import av
 import numpy as np
 
-from stripfold.arrays import Array, Picture
-from stripfold.store import literal
+from stripfold.base.arrays import Array, Picture
+from stripfold.files.store import literal
 from stripfold.synthetic.scene import Filming
 
 _PIXELS = {"ffv1": "gray", "mjpeg": "yuvj420p", "mpeg4": "yuv420p"}

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 
-from stripfold.arrays import Array
+from stripfold.base.arrays import Array
+from stripfold.film.camera import Camera
 from stripfold.synthetic.scene import Filming
-from stripfold.vision.camera import Camera
 
 Light = NDArray[np.float32]
 

@@ -8,13 +8,13 @@ from math import nan, pi
 import numpy as np
 
 from stripfold import elastica
-from stripfold.arrays import Array
-from stripfold.models.model import Model
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
+from stripfold.base.arrays import Array
 from stripfold.solve import newton
 from stripfold.solve.linear import BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
+from stripfold.strip.model import Model
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 from studies.hard_cases.arch import LENGTH, NONE, THICKNESS, Arch
 from studies.hard_cases.case import Finding, refined
 from studies.modes import HeldStrip

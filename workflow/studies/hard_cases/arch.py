@@ -22,14 +22,14 @@ from math import log, nan, pi
 import numpy as np
 from scipy.optimize import brentq
 
-from stripfold.arrays import Array, Index
+from stripfold.base.arrays import Array, Index
 from stripfold.elastica._chebyshev import grid
-from stripfold.models.rod import Rod
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.linear import Band
 from stripfold.solve.problem import Point, Tangent
+from stripfold.strip.rod import Rod
 from studies.hard_cases.case import Finding, refined
 from studies.modes import HeldStrip
 

@@ -8,7 +8,7 @@ from math import isnan, nan
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from stripfold.errors import StripfoldError
+from stripfold.base.errors import StripfoldError
 
 MULTIPLE = 3.0
 """A value may be off by this many times its own error estimate."""

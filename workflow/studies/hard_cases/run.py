@@ -12,11 +12,11 @@ from typing import Any
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.static import StripModel
-from stripfold.errors import CrushedError, InvalidInputError, NewtonError, SolveError
-from stripfold.inputs import Scene
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
+from stripfold.ask.inputs import Scene
+from stripfold.base.errors import CrushedError, InvalidInputError, NewtonError, SolveError
+from stripfold.follow.static import StripModel
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
 from studies.common import Progress, markdown_table, pooled, table
 from studies.hard_cases import algebra, arch, strips
 from studies.hard_cases.case import Case, judge

@@ -1,6 +1,6 @@
 """Hard cases of the strip and of the way to its end: thickness, length, meshes, contact, steps and starts.
 
-The solid's value is compared with the rod's, another model on other meshes (:mod:`stripfold.analysis.prediction`); the
+The solid's value is compared with the rod's, another model on other meshes (:mod:`stripfold.ask.prediction`); the
 rod's and that of very thin strips with the elastica's.
 """
 
@@ -14,18 +14,18 @@ from math import nan
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
-from stripfold.analysis.critical_point import find
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import End, StripModel, XRun, along_x, at_lambda, lift, solve_height, start_along_x
-from stripfold.arrays import Array
-from stripfold.inputs import Model as ModelName
-from stripfold.inputs import Scene
-from stripfold.material import Material
-from stripfold.models.model import Model
-from stripfold.models.model_error import model_error
+from stripfold.ask.critical_point import find
+from stripfold.ask.inputs import Model as ModelName
+from stripfold.ask.inputs import Scene
+from stripfold.ask.model_error import model_error
+from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.base.arrays import Array
+from stripfold.base.material import Material
+from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
+from stripfold.follow.static import End, StripModel, XRun, along_x, at_lambda, lift, solve_height, start_along_x
 from stripfold.solve import newton
 from stripfold.solve.events import Event, never
+from stripfold.strip.model import Model
 from studies.hard_cases.case import Finding, refined
 
 PAPERS = 0.0594

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from plots import FIGURES
-from stripfold.errors import InvalidInputError
-from stripfold.validation import Input, Text, Whole, read_yaml, within
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.validation import Input, Text, Whole, read_yaml, within
 from studies.common import markdown_table
 from studies.summary.run import Entry, quoted
 

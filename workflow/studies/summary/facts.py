@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import needed_effects
-from stripfold.models.model_error import solid_error
+from stripfold.ask.model_error import solid_error
+from stripfold.follow import needed_effects
 from studies import branches as of_branches
 from studies import estimates as of_estimates
 from studies.schemes import CONSERVING, DEFAULT

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stripfold.arrays import Array
-from stripfold.vision.camera_motion import MOVED_BY
-from stripfold.vision.measurement import WARNING, half_width
+from stripfold.base.arrays import Array
+from stripfold.film.camera_motion import MOVED_BY
+from stripfold.film.measurement import WARNING, half_width
 from studies.recordings_accuracy import BOUND, ETA, MEASURED, error
 from studies.recordings_chain import CHAIN
 from studies.summary.facts import Facts, seed_of, share

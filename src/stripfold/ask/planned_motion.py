@@ -1,0 +1,171 @@
+"""A planned path followed by the rod in time, at the speed asked for, beside its quasi-static branch; in SI.
+
+Source: docs/plan.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+
+from stripfold.ask.inputs import FoldingPlan, Strip
+from stripfold.ask.simulation import Release
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.elastica import folded_loop
+from stripfold.follow import path_in_time
+from stripfold.follow.assess import Followed, shape_error
+from stripfold.follow.collapse import in_solver_units, nodes
+from stripfold.follow.path_in_time import follow_in_time
+from stripfold.follow.static import StripModel
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.motion import timed
+from stripfold.paths.rpath import half_fold
+from stripfold.paths.table import SPACING
+from stripfold.strip.hysteresis import YIELD_CURVATURE
+
+TIME_OPTIONS = replace(path_in_time.TIME_OPTIONS, tolerance=3e-4)
+"""Error per step, L*: with a third of it the deviation changes by less than a per cent, in two thirds more steps.
+Longer elements save as much, and where one leaves the floor or lands move the strip more than the gripper does."""
+ACCURATE = 0.1
+"""Largest distance of the finished fold from the accurate one, L*: a millimetre or two of the strip's edge."""
+
+
+@dataclass(frozen=True)
+class PlannedMotion:
+    """How a strip with one eta_b moves along a planned path.
+
+    Attributes
+    ----------
+    deviation, x, z
+        Largest distance of the strip in time from its static state at the same place of the gripper, and that place, m.
+    kinetic
+        Largest kinetic energy, J per m of width.
+    shape_error
+        Distance of the strip at rest from the accurate fold, m.
+    """
+
+    deviation: float
+    x: float
+    z: float
+    kinetic: float
+    shape_error: float
+
+
+@dataclass(frozen=True)
+class InTime:
+    """Planned motions that stay with the static states, and the one that deviates most.
+
+    Attributes
+    ----------
+    motions
+        With the least, the given and the largest eta_b.
+    worst
+        Index of the one with the largest deviation.
+    """
+
+    motions: tuple[PlannedMotion, ...]
+    worst: int
+
+
+def in_time(
+    asked: FoldingPlan,
+    curves: Sequence[GripperPath],
+    static: Sequence[Sequence[Followed]],
+    moment: float,
+    progress: Callable[[str], None] | None = None,
+) -> InTime | str:
+    """Follow a path in time with the three eta_b, or say what happens with one of them instead.
+
+    Parameters
+    ----------
+    asked
+        The strips, their kappa_y, and speed and acceleration of the gripper.
+    curves, static
+        For each eta_b the path and the static states on it, L*.
+    moment
+        M_0 of the bending hysteresis, N; 0 for none.
+    progress
+        Called with a line on how much is done.
+    """
+    say = progress or (lambda _: None)
+    found: list[PlannedMotion] = []
+    for strip, curve, states in zip(asked.strips, curves, static, strict=True):
+        unit, at_speed = strip.gravity_length, f"at {asked.gripper_speed:g} m/s with eta_b = {strip.eta_b:.4g} the rod"
+
+        def said(line: str, eta_b: float = strip.eta_b) -> None:
+            say(f"{line}, with eta_b = {eta_b:.4g}")
+
+        try:
+            moved = _moved(asked, strip, curve, states, moment, said)
+        except SolveError as error:
+            return f"{at_speed} cannot be followed: {error}"
+        # A strip that has left its static state, as in a snap, is farther from it than its fold is high.
+        if moved.deviation > folded_loop().height * unit:
+            place = f"x = {moved.x:.4g} m, z = {moved.z:.4g} m"
+            return f"{at_speed} is {1e3 * moved.deviation:.0f} mm off its static state at {place}: move slower"
+        if not moved.shape_error <= ACCURATE * unit:
+            return f"{at_speed} comes to rest {1e3 * moved.shape_error:.1f} mm off its fold: move slower"
+        found.append(moved)
+    return InTime(tuple(found), max(range(len(found)), key=lambda i: found[i].deviation))
+
+
+def _rod(strip: Strip) -> StripModel:
+    return StripModel(strip.length_star, strip.material.relative_thickness, strip.nu, kind="rod")
+
+
+def _moved(
+    asked: FoldingPlan,
+    strip: Strip,
+    path: GripperPath,
+    states: Sequence[Followed],
+    moment: float,
+    progress: Callable[[str], None] | None,
+) -> PlannedMotion:
+    """One of them.  Errors are those of :func:`.follow_in_time`."""
+    material, unit = strip.material, strip.gravity_length
+    per_time = sqrt(unit * strip.gravity)
+    found = follow_in_time(
+        _rod(strip),
+        path,
+        0.0,
+        moment / (material.force_scale * unit),
+        damping=in_solver_units(Release(), material).damping,
+        yield_curvature=YIELD_CURVATURE if asked.yield_curvature is None else asked.yield_curvature * unit,
+        speed=timed(*path.sampled(SPACING), asked.gripper_speed / per_time, asked.acceleration / strip.gravity),
+        options=TIME_OPTIONS,
+        progress=progress,
+    )
+    # Up to the end of the path, where the strip goes on to rest.
+    travelled = np.array([state.lam for _, state in found.states])
+    count = int(np.argmax(travelled >= path.length)) + 1
+    away = deviations(states, found.states[:count], travelled[:count])
+    farthest = int(np.argmax(away))
+    x, z = unit * path.position(states[farthest][1].lam)
+    kinetic = max(state.energy.kinetic for _, state in found.states)
+    error = shape_error(found.problem, found.last, half_fold(strip.length_star))
+    return PlannedMotion(
+        unit * float(away[farthest]), float(x), float(z), material.scales["J m-1"] * kinetic, unit * error
+    )
+
+
+def deviations(static: Sequence[Followed], moving: Sequence[Followed], travelled: Array) -> Array:
+    """Largest distance of a strip in time from each of its static states, L*, shape (number of static states,).
+
+    ``travelled``, shape (n,), are the lengths travelled at the states in time, which are close to each other: between
+    them the shape is linear.
+    """
+    s = nodes(moving[0][0].model.length)
+    away = []
+    for (problem, point), at in zip(
+        static, np.interp([point.lam for _, point in static], travelled, np.arange(len(travelled))), strict=True
+    ):
+        before = min(int(at), len(moving) - 2)
+        first, second = (one.model.resampled_mid_surface(state.q, s) for one, state in moving[before : before + 2])
+        shape = (before + 1 - at) * first + (at - before) * second
+        apart = shape - problem.model.resampled_mid_surface(point.q, s)
+        away.append(np.linalg.norm(apart, axis=1).max())
+    return np.array(away)

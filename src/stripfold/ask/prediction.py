@@ -1,0 +1,135 @@
+"""The end of the gripper's advance from where the elastica predicts it: solved for, or followed to.  Lengths in L*."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from stripfold import elastica
+from stripfold.base.errors import SolveError
+from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, from_elastica
+from stripfold.follow.contact_events import clearance, longest_free
+from stripfold.follow.static import LAMBDA_TOLERANCE, End, StripModel, XRun, to_the_end
+from stripfold.solve import critical, limit_point
+from stripfold.solve.limit_point import LimitPoint
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.problem import Tangent
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongX, Lift
+
+BEFORE = 0.25
+"""Distance in free length before the elastica's end at which a run begins, L*: lambda is about 0.06 L* lower."""
+SHORTER = (10.0, 0.05)
+"""Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
+ROOM = 0.05
+"""Length that lies at least in a state from which the limit point is solved for, L*."""
+NEWTON = NewtonOptions(max_iterations=15)
+"""For the limit point from the elastica's: where more are needed, a march takes as long."""
+
+
+class ElasticaPrediction(NamedTuple):
+    """The elastica at a height: its states without horizontal force and at the end of the advance, and if it snaps."""
+
+    height: float
+    first: elastica.State
+    last: elastica.State
+    snap: bool
+
+    @classmethod
+    def at(cls, height: float) -> ElasticaPrediction:
+        """From the elastica."""
+        end = elastica.critical(height)
+        return cls(height, elastica.state_no_horizontal_force(height), end.state, end.snap)
+
+    def end(self, length: float) -> End:
+        """The event that ends the advance of a strip of this length, L*."""
+        if self.last.length >= length:
+            return End.LIFTED
+        return End.SNAP if self.snap else End.TOUCH
+
+
+@dataclass(frozen=True, eq=False)
+class Snap:
+    """A limit point of an advance, not yet checked by the states beside it."""
+
+    problem: MovingContact
+    limit: LimitPoint
+    end: End = End.SNAP
+
+    @property
+    def lam(self) -> float:
+        """lambda_c."""
+        return self.limit.state.lam
+
+    def checked(self, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
+        """The end of the advance, lambda_c to a bracket of ``tolerance``.
+
+        Raises SolveError: see :func:`.critical.checked`.
+        """
+        found = critical.checked(self.problem, self.limit, tolerance, STEPS)
+        before, after = (BranchPoint(self.problem, point) for point in (found.before, found.after))
+        return XRun((before, after), End.SNAP, found, before)
+
+
+def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> Snap:
+    """The limit point near the elastica's, solved for directly.
+
+    Raises SolveError: there is none, or the sag touches or the whole strip lifts before.
+    """
+    if not prediction.snap:
+        raise SolveError("the elastica has no limit point at this height")
+    last = _fitting(prediction, strip.length)
+    problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
+    # There lambda stands still and the lift-off moves.
+    towards = Tangent(problem.metric, 0.0)
+    limit = limit_point.solve(problem, q, last.advance, towards, problem.bounded, NEWTON)
+    return as_first(Snap(problem, limit))
+
+
+def as_first(found: Snap) -> Snap:
+    """The same once it is certain that nothing ends the advance before; raises SolveError where something may."""
+    problem, state = found.problem, found.limit.state
+    if clearance(problem, state.q)[0] < 0.0:
+        raise SolveError("the sag touches before lambda has a maximum", parameter=state.lam)
+    if problem.contact(state.q)[-1] > longest_free(problem.mesh.model):
+        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=state.lam)
+    return found
+
+
+def _fitting(prediction: ElasticaPrediction, length: float) -> elastica.State:
+    """The elastica's state at the end of the advance, or the one before it of which a strip of this length has room."""
+    last = prediction.last
+    if last.length < length - ROOM:
+        return last
+    return elastica.state_at(prediction.height, length - ROOM, last)
+
+
+def end_of_advance(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """The end of the advance, solved for or, where that fails, followed to; raises SolveError where that fails, too."""
+    with suppress(SolveError):
+        return snap(strip, prediction, refinement).checked(tolerance)
+    return from_near_the_end(strip, prediction, refinement, tolerance)
+
+
+def from_near_the_end(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """The end of the advance from a state shortly before it, predicted by the elastica.
+
+    Raises SolveError: no state of this strip is near the predicted one or it may not be the first end, or the branch
+    cannot be followed from it.
+    """
+    z = prediction.height
+    before = BEFORE + (SHORTER[0] + SHORTER[1] * z**2) * strip.thickness**2
+    near = elastica.state_at(z, min(prediction.last.length, strip.length) - before, prediction.last)
+    first = from_elastica(strip.contact_mesh(refinement), AlongX(z), near.advance, near)
+    return to_the_end(first, tolerance=tolerance)
+
+
+def without_horizontal_force(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> float:
+    """lambda_0."""
+    at = from_elastica(strip.contact_mesh(refinement), Lift(), prediction.height, prediction.first)
+    return float(at.point.q[at.problem.mesh.model.middle[0, 0]])

@@ -1,0 +1,201 @@
+"""A second gripper that keeps a strip from snapping: where to hold it, and what that gains.
+
+Shortly before the critical point a second gripper takes a point of the strip where it is, as a hinge, and both go on
+along x at the same distance from each other.  It holds the place in the strip that moves most in the critical mode.
+Lengths in L* but for those of :class:`SecondGripper`.  Source: docs/second-gripper.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Literal
+
+import numpy as np
+
+from stripfold.ask import select_model
+from stripfold.ask.inputs import Scene
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError, SolveError
+from stripfold.follow import contact_branch
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.contact_set import on_nodes
+from stripfold.follow.path_statics import NODAL_STEPS
+from stripfold.follow.static import LIMIT, End, StripModel, XRun, to_the_end
+from stripfold.solve import continuation
+from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.problem import Point
+from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, TwoGrippers
+
+BEFORE = 0.05
+"""Distance before lambda_c at which the second gripper takes the strip, L*: 1 to 2 mm, which a robot can keep."""
+NEAREST = 0.01
+"""Least distance of the second gripper from the first, and from where the strip lies, L*: less than 1 mm, and less than
+any gripper is wide.  A rod a hundred times as short is too stiff for the solver."""
+REFINEMENTS = (1.0, 0.7, 0.5)
+"""Meshes with contact at nodes, in turn: where it jumps lambda has small maxima, which another mesh has elsewhere."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondGripper:
+    """A strip held at a second place, m.
+
+    ``s``: the place, as a distance along the strip from the first gripper.  ``x``, ``z``: where it is taken, origin
+    mid-strip.  ``snap``, ``reason``: whether the strip snaps nevertheless, and what ends the part that was followed
+    with two grippers.  ``gain``: how much farther the first gripper is then than at the critical point with one.
+    """
+
+    s: float
+    x: float
+    z: float
+    snap: bool
+    reason: str
+    gain: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondAlongX(SecondGripper):
+    """At constant height: the first gripper's advance where the strip is taken, and that up to which it is stable, m.
+
+    It is followed until that is as large as the strip is long.
+    """
+
+    advance: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class Unheld:
+    """A strip with one gripper that is about to snap.
+
+    ``lam``: lambda_c.  ``at``: the state shortly before it.  ``nodes``, ``mode``: places in the strip, shape (n,), and
+    their displacements in the critical mode, (n, 2).
+    """
+
+    lam: float
+    at: BranchPoint
+    nodes: Array
+    mode: Array
+
+    @property
+    def free_length(self) -> float:
+        """Length of the part that hangs free: of the places that can be held."""
+        return float(self.at.contact[-1])
+
+    @property
+    def place(self) -> float:
+        """The one to hold: its displacement counts in any direction, as a held point moves in none."""
+        return float(self.nodes[np.argmax(np.linalg.norm(self.mode, axis=1))])
+
+
+def before_snap(strip: StripModel, height: float, before: float = BEFORE, refinement: float = 1.0) -> Unheld:
+    """The state at a distance ``before`` lambda_c, and the critical mode.
+
+    Raises SolveError: the strip does not snap at this height.
+    """
+    run = end_of_advance(strip, ElasticaPrediction.at(height), refinement)
+    if run.critical is None:
+        raise SolveError(run.end.reason, parameter=run.lam)
+    model = run.last.model
+    at = before_critical(run.last.problem, run.critical, run.lam - before)
+    return Unheld(run.lam, at, model.s, run.critical.mode[model.middle])
+
+
+def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float) -> BranchPoint:
+    """The state at ``lam`` on the branch to a critical point of ``problem``, shortly before it.
+
+    Raises SolveError: there is none near the parabola of the branch at the critical point.
+    """
+    near, ahead, width = critical.before, critical.after.tangent, critical.after.arc - critical.before.arc
+    # Its second derivatives are those between the bracket's ends.
+    ds = -sqrt(2.0 * (critical.lam - lam) * width / (near.tangent.lam - ahead.lam))
+    guess = near.q + ds * near.tangent.q + 0.5 * ds**2 / width * (ahead.q - near.tangent.q)
+    return contact_branch.solved(problem, guess, lam)
+
+
+def hold(unheld: Unheld, s: float) -> XRun:
+    """The end of the advance of a strip held at ``s`` too, :data:`NEAREST` or more from the free length's ends.
+
+    Raises SolveError: the branch could not be followed.
+    """
+    return to_the_end(held(unheld.at, s))
+
+
+def held(at: BranchPoint, s: float) -> BranchPoint:
+    """The same state with a second gripper at ``s`` that has taken the strip where it is."""
+    first = at.problem.motion
+    assert isinstance(first, AlongX | AlongPath)
+    ahead, up = at.mid_surface(np.array([s]))[0] + (0.5 * at.model.length - s, 0.0) - first.values(at.point.lam)
+    two = TwoGrippers(first, s, float(ahead), float(up))
+    contact, same_lam = np.array([s, at.contact[-1]]), (np.zeros(2), 1.0)
+    return contact_branch.transferred(at, contact, Topology.POINT, same_lam, two)
+
+
+def checked_place(place: float | Literal["auto"], auto: float, free_length: float, unit: float) -> float:
+    """The place to hold, L*, from one in m or the one of the mode, on the part of ``free_length`` that hangs free.
+
+    Raises InvalidInputError: there is no such place.
+    """
+    s = auto if place == "auto" else place / unit
+    lowest, highest = NEAREST, free_length - NEAREST
+    if not lowest <= s <= highest:
+        allowed = f"auto, or from {unit * lowest:.3g} to {unit * highest:.4g} m, on the part that hangs free"
+        raise InvalidInputError("second_gripper", place, allowed, "it is a distance along the strip from the first one")
+    return s
+
+
+def stable_advance(run: XRun) -> tuple[float, End]:
+    """The advance up to which a held strip is stable, at most its length, and the end: a touch if no snap follows.
+
+    From the touch of the sag on, the contact is at nodes.
+
+    Raises SolveError: the branch could not be followed on any mesh.
+    """
+    if run.end is not End.TOUCH:
+        return run.lam, run.end
+    to, limits = max(run.lam, run.last.model.length), []
+    for refinement in REFINEMENTS:
+        try:
+            problem, point = on_nodes(run.points[-2], refinement)
+            first = continuation.start(problem, point.q, point.lam, point.active, 1.0, NODAL_STEPS)
+            for item in continuation.follow(problem, first, NODAL_STEPS, [LIMIT]):
+                if not isinstance(item, Point):
+                    limits.append(item.before.lam)
+                    break
+                if item.lam >= to:
+                    return to, End.TOUCH
+        except SolveError as error:
+            failed = error
+    if not limits:
+        raise failed
+    # With contact at nodes a limit point may lie before the touch, up to which the strip is stable.
+    return max(run.lam, *limits), End.SNAP
+
+
+def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX:
+    """Hold a strip that snaps at a place, m, or at the one that its critical mode moves most.
+
+    On the rod, whatever the model asked for.
+
+    Raises InvalidInputError: a place where the strip does not hang free; SolveError: the branch could not be followed.
+    """
+    unit = scene.gravity_length
+    strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
+    refinement = select_model.refinement("rod", scene.accuracy)
+    unheld = before_snap(strip, scene.height_star, refinement=refinement)
+    s = checked_place(place, unheld.place, unheld.free_length, unit)
+    lam, end = stable_advance(hold(unheld, s))
+    x, z = unheld.at.mid_surface(np.array([s]))[0]
+    return SecondAlongX(
+        s=unit * s,
+        x=unit * float(x),
+        z=unit * float(z),
+        advance=unit * unheld.at.point.lam,
+        snap=end is End.SNAP,
+        reason=end.reason,
+        end=unit * lam,
+        gain=unit * (lam - unheld.lam),
+    )

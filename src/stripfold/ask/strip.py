@@ -1,0 +1,356 @@
+"""The strip, from which all that is computed starts; all numbers in SI.
+
+Results come from :mod:`.results` and :mod:`.path_assessment`; nothing heavy is imported before something is computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from math import isclose
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Literal
+
+from stripfold.base.arguments import checked
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import GRAVITY
+
+if TYPE_CHECKING:
+    from stripfold.ask.folding_plan import FoldingPlan
+    from stripfold.ask.inputs import Law, Model, MovingModel
+    from stripfold.ask.path_assessment import PathAssessment
+    from stripfold.ask.results import CriticalPoint, StripCollapse
+    from stripfold.ask.simulation import Release
+    from stripfold.ask.stability_map import StabilityMap
+    from stripfold.paths import FoldPath
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip of fabric, held at one end and gripped at the other.
+
+    Attributes
+    ----------
+    length
+        Length, m.
+    eta_b
+        Weight-to-bending-stiffness ratio rho_a / D, m^-4 s^2.
+    eta_m
+        Weight-to-membrane-stiffness ratio, m^-2 s^2.
+    nu
+        Poisson's ratio.
+    rho_a
+        Areal density, kg m^-2; scales forces only.
+    gravity
+        Gravitational acceleration, m s^-2.
+
+    Raises
+    ------
+    InvalidInputError
+        A number outside its limits, or a combination that is no strip, as with a wrong unit.
+
+    Examples
+    --------
+    >>> import stripfold as sf
+    >>> strip = sf.Strip(length=0.6, eta_b=3780)
+    >>> round(strip.gravity_length, 5)
+    0.02999
+    >>> point = strip.critical(height=0.09, model="elastica")
+    >>> point.snap, round(point.lambda_c, 5)
+    (True, 0.29562)
+    """
+
+    length: float
+    eta_b: float
+    eta_m: float = 1e-3
+    nu: float = 0.0
+    rho_a: float = 1.0
+    gravity: float = GRAVITY
+
+    def __post_init__(self) -> None:
+        from stripfold.ask import inputs
+
+        checked = inputs.Strip(**asdict(self))
+        for key in asdict(self):
+            object.__setattr__(self, key, getattr(checked, key))
+
+    @property
+    def gravity_length(self) -> float:
+        """L* = (eta_b g)^(-1/3), m: the natural unit of length."""
+        return float((self.eta_b * self.gravity) ** (-1.0 / 3.0))
+
+    @checked
+    def critical(
+        self,
+        height: float,
+        *,
+        model: Model = "solid",
+        accuracy: float = 1e-3,
+        law: Law = "svk",
+        eta_b_uncertainty: float | None = None,
+        second_gripper: float | Literal["auto"] | None = None,
+        progress: Progress | None = None,
+    ) -> CriticalPoint:
+        """The critical point: where the strip snaps when its gripper advances at constant height.
+
+        Parameters
+        ----------
+        height
+            Height of the gripper, m.
+        model
+            "solid", the paper's finite elements; "rod", several times as fast; "elastica", the thin limit; "auto", the
+            cheapest of them within the requested accuracy of the solid.
+        accuracy
+            Requested relative accuracy of lambda_c.
+        law
+            Constitutive law of the solid, "svk" or "printed" (docs/physics.md, section 2).
+        eta_b_uncertainty
+            Relative uncertainty of eta_b: the result then has an ``eta_b_range``.
+        second_gripper
+            Place along the strip, from the first gripper, m, that a second one holds, or "auto": the result then has a
+            ``second_gripper``.
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A number outside its limits, or a strip too short for this height.
+        SolveError
+            The critical point could not be computed to the accuracy.
+        """
+        from stripfold.ask.inputs import Scene
+
+        scene = Scene(
+            **asdict(self),
+            height=height,
+            model=model,
+            accuracy=accuracy,
+            law=law,
+            eta_b_uncertainty=eta_b_uncertainty,
+            second_gripper=second_gripper,
+        )
+        scene.require_long_enough()
+        from stripfold.ask.results import CriticalPoint
+
+        return CriticalPoint.of(scene, progress)
+
+    @checked
+    def collapse(
+        self,
+        height: float,
+        *,
+        release: Release | Mapping[str, Any] | None = None,
+        model: MovingModel | None = None,
+        effects: Mapping[str, str] | None = None,
+        accuracy: float = 1e-3,
+        progress: Progress | None = None,
+    ) -> StripCollapse:
+        """The strip through its collapse: statics to the critical point, the fall to rest, statics again.
+
+        Parameters
+        ----------
+        height
+            Height of the gripper, m.
+        release
+            Release of the strip and damping of its fall, or their keys and values.
+        model
+            "solid" or "rod"; without it the solid, or with ``effects`` the model that those say or need.
+        effects
+            "auto", "on" or "off" by the effect's name (docs/effects.md); "auto" where none is given.
+        accuracy
+            Requested relative accuracy of lambda_c, by which effects are needed or not.
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A value that cannot be used, or a strip too short for this height.
+        SolveError, TimeStepError
+            A part could not be computed.
+        """
+        from stripfold.ask.simulation import Release, Simulation
+        from stripfold.base.validation import within
+
+        given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
+        with within("release"):
+            given |= Release.of({} if release is None else release).model_dump()
+        given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
+        simulation = Simulation.of(given)
+        from stripfold.ask.results import StripCollapse
+
+        return StripCollapse.of(simulation, progress)
+
+    @checked
+    def assess(
+        self,
+        path: FoldPath,
+        *,
+        fall: bool = False,
+        friction_moment: float | None = None,
+        pull: float | None = None,
+        layer_friction: float | None = None,
+        step: float | None = None,
+        second_gripper: float | Literal["auto"] | None = None,
+        model: MovingModel = "solid",
+        progress: Progress | None = None,
+    ) -> PathAssessment:
+        """Assess a gripper path: critical points, first touch, final shape, forces.
+
+        The states are static; the first critical point is the end, unless ``fall`` is given.
+
+        Parameters
+        ----------
+        path
+            From :mod:`stripfold.paths`, for this or another strip of this length.
+        fall
+            Whether to simulate the fall at a critical point and to go on from the state at rest; without friction.
+        friction_moment
+            M_0, N: largest moment of the fabric's bending hysteresis, per width, half the height of the loop of a
+            bending test (docs/physics.md, section 8).  Without friction the strip is followed along its branch.
+        pull
+            k_f, s^-2, of the paper's internal friction: a force per displacement and mass towards the last accepted
+            state; it depends on the size of the steps.
+        layer_friction
+            Coefficient of friction between the layers and on the floor.  The path is then followed in time, to rest at
+            its end; the critical points are those of statics before the first touch.
+        step
+            Size of the steps with friction, m; 0.1 L* where it is not given.
+        second_gripper
+            Place along the strip, from the first gripper, m, that a second one holds from shortly before the first
+            critical point on, or "auto": the result then has a ``second_gripper``; without friction.
+        model
+            "solid" or "rod".
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A value that cannot be used, or a path for a strip of another length.
+        SolveError
+            Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
+        """
+        from stripfold.ask import inputs
+
+        began = perf_counter()
+        self._check_path(path)
+        asked = inputs.PathAssessment(
+            **asdict(self),
+            model=model,
+            fall=fall,
+            friction_moment=friction_moment,
+            pull=pull,
+            layer_friction=layer_friction,
+            step=step,
+            second_gripper=second_gripper,
+        )
+        from stripfold.ask.path_assessment import PathAssessment
+
+        return PathAssessment.of(asked, path, began, progress)
+
+    def _check_path(self, path: Any) -> None:
+        from stripfold.paths import FoldPath
+
+        if not isinstance(path, FoldPath):
+            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
+            raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
+        if not isclose(path.length, self.length):
+            made_for = f"a path for a length of {path.length:g} m"
+            raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
+
+    @checked
+    def map(self, *, friction_moment: float | None = None, progress: Progress | None = None) -> StabilityMap:
+        """The stability map: gripper places that the strip follows, and their distance to those where it snaps.
+
+        For a frictionless strip on the elastica, which has neither thickness nor stretch (docs/map.md).
+
+        Parameters
+        ----------
+        friction_moment
+            M_0, N, of the fabric's bending hysteresis: adds where the strip snaps or lands with it, on the rod, for one
+            history; takes longer.
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A strip shorter than 7 or longer than 100 L*, or more friction than 0.25 rho_a g L*^2.
+        SolveError
+            A boundary or a state could not be computed.
+
+        Examples
+        --------
+        >>> import stripfold as sf
+        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
+        >>> round(found.touch_limit, 5), bool(found.hangs(0.0, 0.1)), bool(found.hangs(0.1, 0.1))
+        (0.04757, True, False)
+        """
+        from stripfold.ask import inputs
+        from stripfold.ask.stability_map import StabilityMap
+
+        return StabilityMap.of(inputs.StabilityMap(**asdict(self), friction_moment=friction_moment), progress)
+
+    @checked
+    def plan(
+        self,
+        *,
+        eta_b_uncertainty: float = 0.2,
+        margin: float = 0.01,
+        layers_may_slide: bool = False,
+        friction_moment: float | None = None,
+        yield_curvature: float | None = None,
+        speed: float | None = None,
+        acceleration: float = 0.5,
+        progress: Progress | None = None,
+    ) -> FoldingPlan:
+        """A gripper path that folds the strip in half, with a margin for every eta_b of an interval (docs/plan.md).
+
+        Parameters
+        ----------
+        eta_b_uncertainty
+            Relative uncertainty of eta_b.
+        margin
+            Least distance of the gripper from where the strip snaps, m.
+        layers_may_slide
+            Whether the upper layer may slide over the lower one.
+        friction_moment, yield_curvature
+            M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which an R-path needs.
+        speed, acceleration
+            Largest ones of the gripper, m/s and m/s^2.  With a speed the path is followed in time, too; without one it
+            is timed for 0.1 m/s.
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A value that cannot be used, or a strip that cannot be folded in half.
+        NoPathError
+            No known path has the margin, or is followed at that speed; it says by how much each fails.
+
+        Examples
+        --------
+        >>> import stripfold as sf
+        >>> found = sf.Strip(length=0.5, eta_b=3780).plan(layers_may_slide=True)
+        >>> found.path.name, round(found.margin, 5)
+        ('low', 0.01477)
+        """
+        from stripfold.ask import inputs
+        from stripfold.ask.folding_plan import FoldingPlan
+
+        asked = inputs.FoldingPlan(
+            **asdict(self),
+            eta_b_uncertainty=eta_b_uncertainty,
+            margin=margin,
+            layers_may_slide=layers_may_slide,
+            friction_moment=friction_moment,
+            yield_curvature=yield_curvature,
+            speed=speed,
+            acceleration=acceleration,
+        )
+        return FoldingPlan.of(asked, progress)

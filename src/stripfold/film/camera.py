@@ -1,0 +1,124 @@
+"""A pinhole camera with lens distortion, in OpenCV's convention: the centre of the first pixel is (0, 0)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.base.validation import read_yaml
+
+MAX_SIDE = 100_000
+"""Largest width or height of a picture, pixels."""
+# OpenCV's default of five iterations leaves 0.3 px in the corners of pictures from a wide-angle lens.
+_UNDISTORTED = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-10)
+ALLOWED = (
+    "an OpenCV YAML file with image_width, image_height, camera_matrix (3 x 3, without skew) and "
+    "distortion_coefficients (k1, k2, p1, p2 and optionally k3)"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Intrinsics of a camera.
+
+    ``matrix``, shape (3, 3), holds focal lengths and principal point in pixels, ``distortion``, shape (5,), k1, k2, p1,
+    p2 and k3, ``size`` width and height of the pictures in pixels.
+    """
+
+    matrix: Array
+    distortion: Array
+    size: tuple[int, int]
+
+    def undistort(self, pixels: Array) -> Array:
+        """Where the camera without its distortion would see ``pixels``; shapes (n, 2)."""
+        points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
+        ideal = cv2.undistortPoints(points, self.matrix, self.distortion, P=self.matrix, criteria=_UNDISTORTED)
+        return np.asarray(ideal, dtype=np.float64).reshape(-1, 2)
+
+    def distort(self, pixels: Array) -> Array:
+        """The inverse of :meth:`undistort`."""
+        return self.project(self._directions(pixels), np.zeros(3), np.zeros(3))
+
+    def rays(self, pixels: Array) -> Array:
+        """Directions, shape (n, 3), in which the camera sees ``pixels``, shape (n, 2): the points at depth 1."""
+        return self._directions(self.undistort(pixels))
+
+    def _directions(self, undistorted: Array) -> Array:
+        """Of pixels of the camera without its distortion."""
+        return np.reshape(undistorted, (-1, 2)) @ self._inverse[:, :2].T + self._inverse[:, 2]
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return np.asarray(np.linalg.inv(self.matrix), dtype=np.float64)
+
+    def project(self, points: Array, rotation: Array, translation: Array) -> Array:
+        """Pixels, shape (n, 2), of ``points``, shape (n, 3), m, given the pose of their frame (Rodrigues vector, m)."""
+        points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
+        pixels, _ = cv2.projectPoints(points, rotation, translation, self.matrix, self.distortion)
+        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+
+
+def read_camera(path: Path) -> Camera:
+    """The camera in a file as OpenCV's calibration programs write it.
+
+    Raises InvalidInputError: no such file, too large, not in OpenCV's format, or not the intrinsics of a camera.
+    """
+    table = read_opencv_yaml(path)
+    try:
+        width, height = (_side(table[key]) for key in ("image_width", "image_height"))
+        matrix = _matrix(table["camera_matrix"])
+        if matrix.shape != (3, 3) or np.any(matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]] != [0.0, 0.0, 0.0, 0.0, 1.0]):
+            raise ValueError("camera_matrix is not that of a camera without skew")
+        if not (matrix[0, 0] > 0.0 and matrix[1, 1] > 0.0):
+            raise ValueError("a focal length is not positive")
+        if not (0.0 <= matrix[0, 2] <= width and 0.0 <= matrix[1, 2] <= height):
+            raise ValueError("the principal point is outside the picture")
+        distortion = _matrix(table["distortion_coefficients"]).ravel()
+        if len(distortion) < 4 or np.any(distortion[5:] != 0.0):
+            raise ValueError(f"distortion_coefficients has {len(distortion)} numbers, and only 4 or 5 are supported")
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        reason = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        raise InvalidInputError("intrinsics", str(path), ALLOWED, reason) from error
+    return Camera(matrix, np.append(distortion, 0.0)[:5], (width, height))
+
+
+def _side(value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MAX_SIDE:
+        raise ValueError(f"a side of the picture is {str(value)[:40]} pixels long")
+    return value
+
+
+def _matrix(entry: Any) -> Array:
+    if not isinstance(entry, dict):
+        raise ValueError("a matrix needs rows, cols and data")
+    # OpenCV 5 writes arrays of one dimension with their sizes.
+    shape = [int(size) for size in (entry["sizes"] if "sizes" in entry else [entry["rows"], entry["cols"]])]
+    data = entry["data"]
+    if not isinstance(data, list) or min(shape) < 1 or prod(shape) != len(data):
+        raise ValueError("the data of a matrix do not match its rows and cols")
+    values = np.array([float(value) for value in data]).reshape(shape)
+    if not np.all(np.isfinite(values)):
+        raise ValueError("a number is not finite")
+    return values
+
+
+def read_opencv_yaml(path: Path) -> dict[str, Any]:
+    """The content of an OpenCV YAML file; matrices are mappings with rows, cols and data.
+
+    OpenCV's own reader is not used: deeply nested files crash the process.
+
+    Raises InvalidInputError: no such file, too large, or not YAML.
+    """
+    if not path.is_file():
+        raise InvalidInputError("intrinsics", str(path), "an existing file")
+    # OpenCV's first line is not valid YAML, and its tags of matrices say what their keys say, too.
+    return read_yaml(path, "intrinsics", ALLOWED, lambda text: re.sub(r"\A%YAML:.*|!!opencv-(nd-)?matrix", "", text))

@@ -1,0 +1,285 @@
+"""Synchronisation of the robot's clock with the camera's, from the gripper's motion that both recorded.
+
+The log gives x by the robot's clock, the video gives x by the camera's.  The offset ``t_log - t_video`` is estimated
+together with the error of the mapping from pixels to x: a shift, whose standard deviation is known, and a slope and a
+bend along the gripper's way, which are a share of it.  During a steady advance shift and offset cannot be told apart;
+starts and stops determine the offset by themselves.
+
+The sum of squares is no parabola in the offset: the log's noise gives it a minimum in the middle of every interval of
+the log, and a film that begins or ends with the motion a kink.  The log is therefore smoothed over a few rows, and
+offset and standard deviation are the mean and the width of the offset's probability, evaluated over a range of offsets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SynchronisationError
+from stripfold.files.tables import read_table
+
+MAX_ROWS = 1_000_000
+MIN_CORRELATION = 0.999
+"""Concordance correlation of x by the video and by the log; a speed wrong by 4.5 % leaves 0.999."""
+MIN_OVERLAP = 0.5
+"""Share of the video, or of a shorter log, that both must cover."""
+MIN_FRAMES = 5
+"""Frames that both must cover."""
+_MAX_FRAMES, _MAX_OFFSETS = 2000, 4000
+"""Frames and offsets in the grid search."""
+SLOPE_SHARE = BEND_SHARE = 0.25
+"""Standard deviations of the slope and of the bend of x's error along the gripper's way, at its ends, as shares of that
+of the shift: in synthetic recordings with known offsets they are 0.21 and 0.26."""
+PLAUSIBLE = 3.0
+"""Shift, in its standard deviations, that the mapping may have."""
+OUTLIER = 2.0
+"""Residual, in standard deviations, from which a frame has less weight: something passes in front of the marker."""
+REPEATED = 0.4
+"""Motion of the marker, pixels, up to which its error repeats: that depends on how its edges lie among the pixels, and
+a compressed film repeats the picture of a marker at rest with its noise."""
+SMOOTHING = 0.06
+"""Half the time over which the log is averaged, s."""
+LAG_SD = 0.035
+"""Standard deviation of the distance by which a moving marker is shown behind its place where a film is compressed by
+prediction from frame to frame, pixels: changes too small for the encoder's quantiser are left out."""
+_RANGE, _POINTS, _PASSES = 6.0, 121, 6
+"""Offsets at which the probability is evaluated: half their range in standard deviations, their number, and how often
+range and weights are improved."""
+_AT_REST = 5.0
+"""Range of x, in standard deviations, below which the gripper is at rest."""
+_ADVICE = (
+    "give the log of this run, with x as in the robot grid, and film the gripper from before it starts until after it "
+    "stops"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RobotLog:
+    """The gripped end as the robot reports it, each of shape (n,): time, s, by its clock; x and z, m."""
+
+    time: Array
+    x: Array
+    z: Array
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The relation between the two clocks.
+
+    ``offset`` is the time of the log minus that of the video, s, and ``sd`` its standard deviation; ``shift`` is what
+    remains of x of the video minus x of the log, m; ``correlation`` is the concordance correlation of the two.
+    """
+
+    offset: float
+    sd: float
+    shift: float
+    correlation: float
+
+    def to_log(self, time: float | Array) -> Array:
+        """Times of the log, s, from times of the video."""
+        return np.asarray(time + np.float64(self.offset))
+
+
+def read_log(path: Path) -> RobotLog:
+    """The robot's log from a table ``t,x,z``, s and m (:func:`.read_table`).
+
+    Raises InvalidInputError: not such a table, or times that do not increase.
+    """
+    table = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS))
+    time, x, z = table.numbers().T
+    table.check_increasing(time)
+    return RobotLog(time, x, z)
+
+
+def synchronise(
+    time: Array,
+    x: Array,
+    sd: float,
+    log: RobotLog,
+    mapping_sd: float,
+    pixel: float,
+    predicted: bool = False,
+    source: str = "robot_log",
+    offset_sd: float = 0.0,
+) -> Clock:
+    """The offset between the clocks.
+
+    Parameters
+    ----------
+    time
+        Shape (n,): exposure of the gripper in each frame, s, by the camera's clock; without frames that repeat the one
+        before, whose time is not that of their content.
+    x
+        Shape (n,): of the gripped end by the video, m.
+    sd
+        Least standard deviation of its noise, m.
+    log
+        The robot's.
+    mapping_sd
+        Standard deviation of an error of x that all frames share, m.
+    pixel
+        Width of a pixel at the gripper, m.
+    predicted
+        Whether frames are compressed, with loss, by prediction from others: moving things then lag in them.
+    source
+        Name of the log, for errors.
+    offset_sd
+        Standard deviation of an error of x beside that of the mapping, m: the same all along the gripper's way.
+
+    Raises
+    ------
+    SynchronisationError
+        The gripper does not move, or the video and the log do not show the same motion.
+    """
+    by_video, by_log = float(np.ptp(x)), float(np.ptp(log.x))
+    if len(time) < 10 or min(by_video, by_log) < _AT_REST * sd:
+        found = f"x changes by {by_video * 1e3:.2f} mm in the video and {by_log * 1e3:.2f} mm in the log"
+        raise SynchronisationError(source, found, f"a motion of at least {_AT_REST * sd * 1e3:.2g} mm", _ADVICE)
+    smooth = _smoothed(log)
+    offset, step = _rough_offset(time, x, smooth, sd / float(np.hypot(mapping_sd, offset_sd)))
+    moments = time + offset
+    overlap = (moments >= log.time[0]) & (moments <= log.time[-1])
+    if overlap.sum() < MIN_FRAMES:
+        raise SynchronisationError(
+            source, f"a log of {np.ptp(log.time):.3g} s", f"{MIN_FRAMES} frames or more", _ADVICE
+        )
+    time, x, place = time[overlap], x[overlap], np.interp(moments[overlap], smooth.time, smooth.x)
+    spread = float(np.var(x) + np.var(place))
+    correlation = 1.0 - float(np.var(x - place)) / spread if spread > 0.0 else 0.0
+    if correlation < MIN_CORRELATION:
+        found = f"x by the log and by the video have a correlation of {correlation:.4f} only"
+        raise SynchronisationError(source, found, f"{MIN_CORRELATION}", _ADVICE)
+    # A log of another origin must stay one: no offset may explain what the mapping cannot.
+    mean = abs(float(np.mean(x - place)))
+    if mean > PLAUSIBLE * np.hypot(mapping_sd, offset_sd):
+        mapping_sd, offset_sd = mean / PLAUSIBLE, 0.0
+    shift_sd = float(np.hypot(mapping_sd, offset_sd))
+    lag_sd, same = LAG_SD * pixel * predicted, REPEATED * pixel
+    offset, clock_sd, shift = _fine_offset(time, x, sd, smooth, mapping_sd, shift_sd, lag_sd, same, offset, step)
+    return Clock(offset, clock_sd, shift, correlation)
+
+
+def _smoothed(log: RobotLog) -> RobotLog:
+    """The log with the means of neighbouring rows, of the times too: a steady advance stays one at uneven times."""
+    half = min(int(SMOOTHING / float(np.median(np.diff(log.time)))), (len(log.time) - 1) // 4)
+    if half < 1:
+        return log
+    kernel = np.full(2 * half + 1, 1.0 / (2 * half + 1))
+
+    def mean(values: Array) -> Array:
+        # Relative to the first: times may be seconds since 1970.
+        inner = values[0] + np.convolve(values - values[0], kernel, "valid")
+        return np.concatenate([values[:1], inner, values[-1:]])
+
+    return RobotLog(mean(log.time), mean(log.x), mean(log.z))
+
+
+def _cost(time: Array, x: Array, log: RobotLog, ratio: float, offsets: Array) -> Array:
+    """Mean squared residual with the most probable shift, shape (m,); infinite where too little overlaps.
+
+    ``ratio`` is the standard deviation of x over that of the shift.
+    """
+    moments = time + offsets[:, None]
+    overlap = (moments >= log.time[0]) & (moments <= log.time[-1])
+    residual = np.where(overlap, x - np.interp(moments, log.time, log.x), 0.0)
+    n = overlap.sum(axis=1)
+    squares = (residual**2).sum(axis=1) - residual.sum(axis=1) ** 2 / (np.maximum(n, 1) + ratio**2)
+    least = MIN_OVERLAP * min(1.0, np.ptp(log.time) / np.ptp(time)) * len(time)
+    return np.where(n >= max(least, MIN_FRAMES), squares / np.maximum(n, 1), np.inf)
+
+
+def _rough_offset(time: Array, x: Array, log: RobotLog, ratio: float) -> tuple[float, float]:
+    """The offset with the least cost, s, by a grid search over all overlaps, and within what it may be wrong, s."""
+    period = float(np.median(np.diff(time)))
+    every = -(-len(time) // _MAX_FRAMES)
+    t, some_x = time[::every], x[::every]
+    low, high = log.time[0] - t[-1], log.time[-1] - t[0]
+    offsets = np.linspace(low, high, min(_MAX_OFFSETS, int((high - low) / (every * period)) + 2))
+    parts = np.array_split(offsets, -(-len(offsets) // 100))  # bounds the memory
+    offset = float(offsets[np.argmin(np.concatenate([_cost(t, some_x, log, ratio, part) for part in parts]))])
+
+    def cost(value: float) -> float:
+        return min(float(_cost(time, x, log, ratio, np.array([value]))[0]), 1e300)
+
+    step = 2.0 * max((np.ptp(log.time) + np.ptp(time)) / _MAX_OFFSETS, period)
+    found = minimize_scalar(cost, bounds=(offset - step, offset + step), method="bounded", options={"xatol": 1e-4})
+    return float(found.x) if found.fun <= cost(offset) else offset, period
+
+
+def _fine_offset(
+    time: Array,
+    x: Array,
+    sd: float,
+    log: RobotLog,
+    mapping_sd: float,
+    shift_sd: float,
+    lag_sd: float,
+    same: float,
+    offset: float,
+    step: float,
+) -> tuple[float, float, float]:
+    """Mean and standard deviation of the offset, s, and the shift, m, from a rough offset known within ``step``.
+
+    ``shift_sd`` is the standard deviation of an error that all x share, ``mapping_sd`` that of the part of it that has
+    a slope and a bend, too, m.  ``lag_sd`` is the standard deviation of the distance by which a moving marker lags, m.
+    Frames whose x differ by less than ``same``, m, count as one.
+    """
+    # By how much smoothing rounds the log's sudden starts and stops.
+    twice = _smoothed(log)
+    ordered = np.sort(x)
+    repeats = np.searchsorted(ordered, x + 0.5 * same, "right") - np.searchsorted(ordered, x - 0.5 * same)
+    along = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
+    errors = np.column_stack([np.ones_like(x), along, 1.5 * along**2 - 0.5, np.zeros_like(x)])
+    known = 1.0 / (mapping_sd * np.array([shift_sd / mapping_sd, SLOPE_SHARE, BEND_SHARE, 1.0])) ** 2
+    speed = np.gradient(twice.x, twice.time)
+    speed /= np.abs(speed).max()
+    offset_sd = step
+    for _ in range(_PASSES):
+        # In units of the mapping's error, so that a lag of 0 is one that changes nothing.
+        errors[:, 3] = lag_sd / mapping_sd * np.interp(time + offset, twice.time, speed)
+        residual = x - np.interp(time + offset, log.time, log.x)
+        weight, noise = _weights(residual, errors, known, sd)
+        rounded = np.interp(time + offset, log.time, log.x) - np.interp(time + offset, twice.time, twice.x)
+        weight /= repeats * (1.0 + (rounded / noise) ** 2)
+        offsets = offset + offset_sd * np.linspace(-_RANGE, _RANGE, _POINTS)
+        residuals = np.array([x - np.interp(time + value, log.time, log.x) for value in offsets])
+        # Of the errors of the mapping only the most probable ones: what others add does not depend on the offset.
+        normal = errors.T @ (weight[:, None] * errors) + np.diag(known) * noise**2
+        mixed = (residuals * weight) @ errors
+        squares = (residuals**2) @ weight - np.sum(mixed * np.linalg.solve(normal, mixed.T).T, axis=1)
+        probability = np.exp(-0.5 * (squares - squares.min()) / noise**2)
+        probability /= probability.sum()
+        offset = float(probability @ offsets)
+        # Never narrower than the spacing of the offsets: the next pass has a finer one.
+        offset_sd = max(float(np.sqrt(probability @ (offsets - offset) ** 2)), offsets[1] - offsets[0])
+    residual = x - np.interp(time + offset, log.time, log.x)
+    return offset, offset_sd, float(np.linalg.solve(normal, errors.T @ (weight * residual))[0])
+
+
+def _weights(residual: Array, errors: Array, known: Array, sd: float) -> tuple[Array, float]:
+    """Weights of the frames, shape (n,), and the noise, m, of one that is independent of the others."""
+    weight = np.ones_like(residual)
+    noise = float(np.std(residual))
+    for _ in range(10):
+        normal = errors.T @ (weight[:, None] * errors) + np.diag(known) * noise**2
+        rest = residual - errors @ np.linalg.solve(normal, errors.T @ (weight * residual))
+        noise = max(sd, 1.4826 * float(np.median(np.abs(rest))))
+        weight = 1.0 / np.maximum(np.abs(rest) / (OUTLIER * noise), 1.0) ** 2
+    limit = OUTLIER * noise
+    return weight, noise * float(np.sqrt(_correlation_length(np.clip(rest, -limit, limit))))
+
+
+def _correlation_length(residual: Array) -> float:
+    """Integrated autocorrelation of the residuals: how many of them count as one independent value."""
+    centred = residual - residual.mean()
+    power, length = float(centred @ centred), 1.0
+    for lag in range(1, len(residual) // 4):
+        autocorrelation = float(centred[lag:] @ centred[:-lag]) / power if power > 0.0 else 0.0
+        if autocorrelation < 2.0 / np.sqrt(len(residual)):
+            break
+        length += 2.0 * autocorrelation
+    return length

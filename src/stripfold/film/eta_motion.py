@@ -1,0 +1,297 @@
+"""eta_b from the motion of a strip that follows its gripper, before it snaps.
+
+Where the free end lay, how far it has been moved and how high it is held are known from the robot; with them the shape
+depends on L* alone, and far more than the picture's scale would tell: at a given advance it moves by 2 L* for each unit
+of ln L* in the first frames, and by 10 L* near the snap.  Beside L* are fitted
+
+* the depth behind the folding plane at which the strip is seen, since the tracked line is about the middle of its
+  width; where the camera is follows from the calibration;
+* the friction moment M_0, if it is not described, to first order (:mod:`.elastica.with_friction`);
+* errors of the gripper's place, as far as their standard deviation allows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import nan
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
+
+from stripfold import elastica
+from stripfold.base.arrays import Array
+from stripfold.base.errors import MeasurementError, SolveError
+from stripfold.base.material import GRAVITY, Material
+from stripfold.elastica import with_friction
+from stripfold.film import snap
+from stripfold.film.mapping import Mapping
+from stripfold.film.recording import Recording, StripEntry
+from stripfold.film.residuals import correlation_length
+from stripfold.film.tracking import Tracks
+
+MARGIN = 0.3
+"""How far before the onset of the snap the last shape is, L*: from there on the strip no longer follows its gripper."""
+SHAPES, MIN_FRAMES = 10, 5
+"""Number of shapes, each the mean of successive frames; least number of frames."""
+ENDS = 2
+"""Stations at each end of the strip that are left out: fingers hide them."""
+WIDTH = 0.04
+"""Width of a strip of which none is described, m: the middle of what docs/measuring.md asks for."""
+DEPTH_SD = 0.25
+"""Standard deviation of the depth at which the strip is seen, in widths."""
+PLACE_SD = 2e-4
+"""Standard deviation of the errors of the flat end and of the height that are fitted, m."""
+MAX_FRICTION = 0.1
+"""Largest M_0, rho_a g L*^2, that the first order describes."""
+DESCRIBED_FRICTION_SD = 0.1
+"""Standard deviation of a described M_0, as a share."""
+FRICTION_SD = 0.008
+"""Standard deviation of a fitted M_0 by what else delays a strip, rho_a g L*^2: stretch, air, inertia."""
+STARS = 1.7, 60.0
+"""Heights for which a snap is looked for, L*: below 1.59 there is none."""
+MAX_CHANGE = 0.5
+"""Largest change of ln L* by the fit: friction delays the snap by less."""
+USUAL_MISFIT, MAX_MISFIT = 0.006, 0.03
+"""Standard deviation of most of the residuals, L*: of usual synthetic recordings, and from which there is no eta_b; the
+worst of them are below it.  A flat_end wrong by 15 mm makes it 0.013 or more."""
+STEPS = np.array([1e-4, 3e-3, 1e-3, 3e-4, 3e-4])
+"""Steps of the differences by the unknowns, L* except for the first, a logarithm: L*, depth, M_0 / (rho_a g L*), errors
+of advance and height."""
+NAMES = "eta_b_motion", "eta_b_motion_low", "eta_b_motion_high", "friction_motion", "misfit"
+"""Names in files: eta_b, the ends of its interval, M_0, and the standard deviation of most residuals of the shapes."""
+
+
+class MisfitError(MeasurementError):
+    """Shapes that are not those of a strip with one eta_b: ``residual`` off them, m, with this L*, m."""
+
+    def __init__(self, residual: float, unit: float) -> None:
+        self.residual, self.unit = residual, unit
+        found = f"shapes {residual / unit:.1%} of L* off those of a strip with one eta_b"
+        super().__init__("video", found, f"{MAX_MISFIT:.0%} or less", "is its law of bending linear?")
+
+
+@dataclass(frozen=True)
+class MotionEtaB:
+    """eta_b from the motion.
+
+    ``eta_b``, ``low``, ``high``: the value and its 95 % interval, m^-4 s^2.  ``friction``, ``known``: M_0, rho_a g
+    L*^2; whether it was described.  ``depth``: at which the strip is seen behind the folding plane, m.  ``residual``:
+    standard deviation of the distances of most points from the fitted shapes, m.  ``frames``: from how many frames.
+    """
+
+    eta_b: float
+    low: float
+    high: float
+    friction: float
+    known: bool
+    depth: float
+    residual: float
+    frames: int
+
+    @property
+    def unit(self) -> float:
+        """L*, m."""
+        return Material(self.eta_b).gravity_length
+
+    def contradicts(self, strip: StripEntry) -> str:
+        """What to say of a described strip whose eta_b is another; empty where both agree."""
+        low, high = strip.eta_b_interval or (strip.eta_b, strip.eta_b)
+        if low <= self.high and self.low <= high:
+            return ""
+        interval = f"{self.low:.4g} to {self.high:.4g} m^-4 s^2"
+        return f"by the strip's motion eta_b is {interval}, described is {strip.eta_b:.4g}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What is fitted: lengths in m, x from where the free end lay when flat, in the direction of the advance.
+
+    Of the k shapes, ``advance`` has shape (k,) and ``points`` shape (k, n, 2); ``distance``, shape (n,), is from the
+    gripper along the strip.  ``camera`` has its x, z and distance from the folding plane; ``height`` is the gripper's.
+    ``expected`` and ``sd``, shape (5,), are those of the unknowns: ln L*, depth, M_0 / (rho_a g), and errors of the
+    advance and of the height.
+    """
+
+    advance: Array
+    points: Array
+    distance: Array
+    camera: Array
+    height: float
+    expected: Array
+    sd: Array
+
+    def residuals(self, values: Array) -> Array:
+        """Distances of the points from the shape, along its normals, shape (k, n), m."""
+        log_unit, depth, friction, further, higher = values
+        unit = float(np.exp(log_unit))
+        branch = with_friction.branch((self.height + higher) / unit)
+        curve = unit * branch.shapes(friction / unit**2, (self.advance + further) / unit, self.distance / unit)
+        # The sight line through a point behind the folding plane crosses it nearer to the camera's foot.
+        nearer = depth / (self.camera[2] + depth)
+        curve = curve + nearer * (self.camera[:2] - curve)
+        along = np.gradient(curve, axis=1)
+        along /= np.linalg.norm(along, axis=2, keepdims=True)
+        away = self.points - curve
+        return np.asarray(away[..., 1] * along[..., 0] - away[..., 0] * along[..., 1])
+
+
+def measure(
+    recording: Recording,
+    mapping: Mapping,
+    tracks: Tracks,
+    event: float,
+    by_video: float,
+    snapped: bool,
+    place_sd: tuple[float, float, float],
+) -> MotionEtaB | MeasurementError:
+    """eta_b from the frames in which the strip follows its gripper, or why there is none.
+
+    ``event``, ``by_video``: advance at the onset of the snap, or at the end of the motion, and that by the video alone,
+    m; ``snapped`` says which.  ``place_sd``: standard deviations of the flat end, of the offset and of places by the
+    calibration, m.
+    """
+    try:
+        return _measure(recording, mapping, tracks, event, by_video - event, snapped, place_sd)
+    except MeasurementError as error:
+        return error
+    except SolveError as error:
+        return MeasurementError("video", f"no shape of a strip: {error}", "one with an eta_b")
+
+
+def numbers(found: MotionEtaB | MeasurementError) -> dict[str, float]:
+    """The numbers of the result by their names in files."""
+    if isinstance(found, MeasurementError):
+        return dict.fromkeys(NAMES, nan) | ({"misfit": found.residual} if isinstance(found, MisfitError) else {})
+    return dict(zip(NAMES, (found.eta_b, found.low, found.high, found.friction, found.residual), strict=True))
+
+
+def doubted(found: MotionEtaB | MeasurementError) -> str:
+    """What to say where the strip is not seen as it is described; empty where it is."""
+    if not isinstance(found, MotionEtaB | MisfitError) or found.residual < 2.0 * USUAL_MISFIT * found.unit:
+        return ""
+    off = f"{1e3 * found.residual:.2f} mm, {found.residual / found.unit:.1%} of L*"
+    asked = "are gripper.flat_end, height and offset right?"
+    return f"the strip's shapes are {off}, off those of any strip, usual is {USUAL_MISFIT:.1%}: {asked}"
+
+
+def _measure(
+    recording: Recording,
+    mapping: Mapping,
+    tracks: Tracks,
+    until: float,
+    error: float,
+    snapped: bool,
+    place_sd: tuple[float, float, float],
+) -> MotionEtaB:
+    """The same with the ``error`` of advances by the video, m; raises :class:`MeasurementError`."""
+    entries = recording.entries
+    strip, gripper = entries.strip, entries.gripper
+    unit = Material(strip.eta_b).gravity_length if not snapped else _unit_at_snap(gripper.height, until)
+    start, _ = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
+    x = np.interp(tracks.strip_time, tracks.grip_time, tracks.gripped_end[:, 0])
+    advance = gripper.direction * (x - gripper.flat_end) - error
+    used = np.flatnonzero(tracks.seen & (tracks.strip_time >= start) & (advance <= until - MARGIN * unit))
+    if len(used) < MIN_FRAMES:
+        advice = f"film from farther before the snap: {MARGIN:g} L* before it the strip no longer follows its gripper"
+        raise MeasurementError("video", f"{len(used)} frames for eta_b", f"at least {MIN_FRAMES}", advice)
+    groups = np.array_split(used[np.argsort(advance[used])], min(SHAPES, len(used) // 3))
+    mirror, origin = np.array([gripper.direction, 1.0]), np.array([gripper.flat_end, 0.0])
+    points = mirror * (tracks.points - origin)
+    camera = camera_place(mapping)
+    flat_end_sd, offset_sd, mapping_sd = place_sd
+    fitted_sd = float(np.hypot(PLACE_SD, mapping_sd))
+    width = strip.width or WIDTH
+    known = strip.friction_moment is not None and strip.rho_a is not None
+    friction = 0.0
+    if strip.friction_moment is not None and strip.rho_a is not None:
+        friction = strip.friction_moment / (strip.rho_a * GRAVITY)
+    seen = _Seen(
+        advance=np.array([advance[group].mean() for group in groups]),
+        points=np.array([points[group].mean(axis=0) for group in groups])[:, ENDS:-ENDS],
+        distance=tracks.stations[ENDS:-ENDS],
+        camera=np.append(mirror * (camera[:2] - origin), camera[2]),
+        height=float(np.median(tracks.gripped_end[used, 1])),
+        expected=np.array([np.log(unit), 0.5 * width, friction, 0.0, 0.0]),
+        # What a fit would make of M_0 is worse than what a bending test says.
+        sd=np.array([np.inf, DEPTH_SD * width, 1e-4 * unit**2 if known else np.inf, fitted_sd, fitted_sd]),
+    )
+    values, covariance, residual = _fitted(seen)
+    unit = float(np.exp(values[0]))
+    if values[2] > 0.99 * MAX_FRICTION * unit**2:
+        found = f"friction of {MAX_FRICTION:g} rho_a g L*^2 or more"
+        raise MeasurementError("video", found, "less: it is considered to first order")
+    if not residual <= MAX_MISFIT * unit:
+        raise MisfitError(residual, unit)
+    friction_sd = DESCRIBED_FRICTION_SD * friction if known else FRICTION_SD * unit**2
+    # Of the flat end and of the height the fit takes small errors only: so a wrong description is seen in the misfit.
+    known_sd = np.array([friction_sd, np.hypot(flat_end_sd, offset_sd), offset_sd])
+    sd_log = np.linalg.norm([np.sqrt(covariance[0, 0]), *(known_sd * covariance[0, 2:] / np.diag(covariance)[2:])])
+    spread = float(np.exp(3.0 * 1.96 * sd_log))
+    eta_b = 1.0 / (GRAVITY * unit**3)
+    return MotionEtaB(
+        eta_b, eta_b / spread, eta_b * spread, float(values[2]) / unit**2, known, float(values[1]), residual, len(used)
+    )
+
+
+def _unit_at_snap(height: float, advance: float) -> float:
+    """L*, m, of the strip that without friction snaps at this advance, m: with more stiffness it snaps later."""
+    ratio, log_star = _snaps()
+    if not ratio[0] <= advance / height <= ratio[-1]:
+        found = f"a snap at an advance of {advance / height:.3g} times the gripper's height"
+        raise MeasurementError("video", found, "one at which a strip snaps without friction")
+    return height / float(np.exp(CubicSpline(ratio, log_star)(advance / height)))
+
+
+@cache
+def _snaps() -> tuple[Array, Array]:
+    """Advance over height at the snap, ascending, and the logarithm of the height, L*; between them to 1e-3."""
+    stars = np.geomspace(*STARS[::-1], 16)
+    return np.array([elastica.critical(star).advance / star for star in stars]), np.log(stars)
+
+
+def camera_place(mapping: Mapping) -> Array:
+    """The camera's x and z, and its distance from the folding plane, m: of the homography and the camera's matrix."""
+    columns = np.linalg.inv(mapping.homography @ mapping.camera.matrix)
+    scale = np.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
+    first, second, origin = columns.T / scale
+    u, _, v = np.linalg.svd(np.column_stack([first, second, np.cross(first, second)]))
+    place = -(u @ v).T @ origin
+    return np.array([place[0], place[1], abs(place[2])])
+
+
+def _fitted(seen: _Seen) -> tuple[Array, Array, float]:
+    """The unknowns, their covariance, and the standard deviation of most of the residuals, m."""
+    values, noise, count = seen.expected, 0.01 * float(np.exp(seen.expected[0])), 50.0
+    bounded = np.isfinite(seen.sd)
+    low, high = np.full((2, 5), [[-np.inf], [np.inf]])
+    unit = float(np.exp(values[0]))
+    scales = STEPS * np.array([1.0, unit, unit**2, unit, unit])
+    low[2], high[2] = 0.0, MAX_FRICTION * unit**2
+    low[0], high[0] = values[0] - MAX_CHANGE, values[0] + MAX_CHANGE
+
+    def rows(values: Array) -> Array:
+        prior = np.sqrt(count) * ((values - seen.expected) / seen.sd)[bounded]
+        data = seen.residuals(values).ravel() / noise
+        # The squares of these grow like the residuals where those are large: outliers count less.
+        data = np.sign(data) * np.sqrt(2.0 * (np.sqrt(1.0 + data**2) - 1.0))
+        return np.concatenate([data, prior])
+
+    def jacobian(values: Array) -> Array:
+        at = rows(values)
+        return np.column_stack([(rows(values + step) - at) / step.sum() for step in np.diag(scales)])
+
+    for _ in range(2):
+        start = np.clip(values, low + 1e-9, high - 1e-9)
+        # A thousandth of the interval is enough.
+        limits = {"xtol": 1e-5, "ftol": 1e-6, "max_nfev": 40}
+        values = least_squares(rows, start, jacobian, (low, high), x_scale=100.0 * scales, **limits).x
+        residuals = seen.residuals(values)
+        # Half of the points lie on the table, where any strip fits.
+        noise = float(np.quantile(np.abs(residuals), 0.8)) / 1.28
+        # Errors of neighbours on the strip are correlated, those of one place over time are the same.
+        count = len(residuals) * correlation_length(residuals.mean(axis=0))
+    slopes = jacobian(values)
+    covariance = count * np.asarray(np.linalg.inv(slopes.T @ slopes))
+    return values, covariance, noise

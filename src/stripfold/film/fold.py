@@ -1,0 +1,272 @@
+"""The universal folded loop fitted to a picture of a strip folded in half, seen from the side.
+
+Without friction all folds have one shape, that of the heavy elastica: its unit is L*.  Unknown are that unit, the place
+of the lift-off point, the picture's rotation, and the distance of the layers where they meet, which is roughly the
+width of the band.  The hole that the loop encloses is compared with the shape's, by its moments; then both edges of the
+band are measured on sections along the fitted curve, without those where the layers are too near to each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+from skimage.measure import label, regionprops
+from skimage.segmentation import clear_border
+
+from stripfold.base.arrays import Array, Mask, Picture
+from stripfold.base.errors import TrackingError
+from stripfold.film import loop_shape
+from stripfold.film.cross_sections import edges_at, inside, locate, normals
+from stripfold.film.loop_shape import Place
+from stripfold.film.residuals import ShapeFit, correlation_length
+from stripfold.film.segmentation import closed, foreground, piece_along, reduced, second_edge, unreduced
+
+MIN_OVERLAP = 0.75
+"""Least overlap of a hole with that of a fold (intersection over union)."""
+MIN_HOLE = 100
+"""Least area of a hole, pixels."""
+MAX_MISFIT = 0.02
+"""Largest root mean square of the residuals, L*."""
+MIN_FOUND = 0.85
+"""Least share of the sections on which the strip is found."""
+EDGE_SD = 0.09
+"""Standard deviation of a shift of the band's middle common to all sections, pixels: light differs between its sides.
+
+It makes the intervals of drawn folds hold 95 % of the truths (study ``eta_pictures``, on another seed)."""
+THICKNESS_SD = 1.0, 0.3
+"""Uncertainty of the thickness by the band's width: blur widens it, cloth gives way where it lies on itself; pixels,
+and as a share."""
+FINE = 100.0
+"""Pixels of one L* in which the loop's own inside is drawn."""
+ITERATIONS, LOCATED = 10, 3
+"""Iterations of the fit, and those first ones in which the band is searched for around the curve."""
+FIRST_BLUR = 1.5
+"""Standard deviation of the blur before it is measured, pixels."""
+GAP = 4.0, 3.0
+"""Least gap between the layers on a section: pixels, and for each pixel of blur; nearer ones shift their edges."""
+MAX_HIDDEN = 0.6
+"""Largest height above the lower layer, L*, that this gap and the thickness may take."""
+ROOM = 0.4
+"""How far around the loop other things are looked for, L*."""
+MAX_BESIDE = 0.1
+"""Largest area there of what is connected with the strip but not a part of it, relative to the strip's: in 5 of 6 drawn
+shadows it is larger, and 0.8 or more in those that make eta_b 1.5 to 2.4 times too high; without any it is 0."""
+NEEDED = "a strip folded in half that lies on a table, seen from the side, with light through its loop"
+ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fold(ShapeFit):
+    """A fitted loop, pixels.
+
+    ``sd``: standard deviation of the logarithm of ``unit``.  ``height``, ``width``, ``thickness``: of the upper layer's
+    middle above the lower one's, of the band, and between the layers where they meet.  ``top``, ``foot``: ends of the
+    height, shape (2,).  ``points``, ``arc``: measured middles, shape (n, 2), and their arc lengths from the lift-off
+    point, shape (n,).
+    """
+
+    sd: float
+    height: float
+    width: float
+    thickness: float
+    top: Array
+    foot: Array
+    points: Array
+    arc: Array
+
+
+def measure(image: Picture, source: str = "picture") -> Fold:
+    """Fit the loop of a folded strip in an upright picture, grey values of shape (h, w).
+
+    Raises TrackingError: no strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
+    """
+    place, width, bright, faint = _initial(image, source)
+    thickness, blur = width / place.unit, FIRST_BLUR
+    for iteration in range(ITERATIONS):
+        if not width / place.unit <= loop_shape.MAX_THICKNESS:
+            found = f"a band whose width is {width / place.unit:.2f} of the loop's L*"
+            raise TrackingError(
+                source, found, NEEDED, f"the strip may be {loop_shape.MAX_THICKNESS:g} L* thick at most"
+            )
+        high = (GAP[0] + GAP[1] * blur + width) / place.unit
+        if high > MAX_HIDDEN:
+            raise TrackingError(source, f"the loop's L* has {place.unit:.0f} pixels: too small", NEEDED, "come closer")
+        arc, shape, by_thickness = loop_shape.visible(thickness, high)
+        points = place.of(shape)
+        if not inside(points, image.shape, width).all():
+            raise TrackingError(source, "the picture's border cuts the loop", NEEDED, "leave some room around the loop")
+        across = normals(points)
+        offset = np.zeros(len(points))
+        if iteration < LOCATED:
+            # The hole's outline is off by its roughness, and a thin band has to lie in the middle of its sections.
+            reach = max(width, 6.0, 0.06 * place.unit)
+            offset = locate(image, points, across, np.full(len(points), width), reach, bright, 3)
+        edges = edges_at(image, points + offset[:, None] * across, across, width, bright)
+        middle = float(np.median(edges.width[edges.found])) if edges.found.any() else width
+        contrast = np.median(edges.contrast)
+        good = edges.found & (np.abs(edges.width / middle - 1.0) < 0.5) & (edges.contrast > 0.4 * contrast)
+        if good.mean() < (MIN_FOUND if iteration >= LOCATED else 0.5):
+            found = f"edges of a strip on {good.mean():.0%} of the outline of a fold's loop"
+            raise TrackingError(source, found, f"{MIN_FOUND:.0%} or more of them", ADVICE)
+        # Blur moves both edges of a bend towards its inside, by half of its variance times the curvature.
+        blur = float(np.median((edges.noise * edges.contrast)[good]) / np.sqrt(np.pi))
+        bend = _curvature(points)
+        offset = (offset + edges.offset - 0.5 * blur**2 * bend)[good]
+        last = np.einsum("ij,ij->i", place.of(shape + by_thickness) - points, across)
+        slopes = np.column_stack([place.slopes(points, across), last])[good]
+        prior = width / place.unit - thickness, np.hypot(THICKNESS_SD[0], THICKNESS_SD[1] * width) / place.unit
+        change, covariance, freedom = _robust(np.column_stack([slopes, np.ones(len(offset))]), offset, prior)
+        place, width = place.moved(change[:4]), middle
+        thickness = float(np.clip(thickness + change[4], 0.0, loop_shape.MAX_THICKNESS))
+    residual = offset - slopes @ change[:5] - change[5]
+    misfit = float(np.sqrt(np.mean(residual**2))) / place.unit
+    if misfit > MAX_MISFIT:
+        found = f"the best loop of a folded strip is {misfit:.1%} of L* off"
+        raise TrackingError(source, found, f"{MAX_MISFIT:.0%} or less; {NEEDED}", "is it folded without a crease?")
+    loop = loop_shape.loop(thickness)[:, 1:]
+    lower = np.column_stack([np.linspace(loop[-1, 0], 0.0, 300)[:-1], np.zeros(299)])
+    curve = np.concatenate([lower, loop])
+    beside = _beside(image, bright, faint, place, points, width)
+    if beside > MAX_BESIDE:
+        raise second_edge(beside, source, NEEDED)
+    top = curve[np.argmax(curve[:, 1])]
+    ends = place.of(np.array([top, [top[0], 0.0]]))
+    sd = float(np.sqrt(covariance[0, 0]))
+    spread = float(np.exp(stdtrit(freedom, 0.975) * sd))
+    return Fold(
+        unit=place.unit,
+        interval=(place.unit / spread, place.unit * spread),
+        sd=sd,
+        height=float(top[1]) * place.unit,
+        width=width,
+        thickness=thickness * place.unit,
+        top=ends[0],
+        foot=ends[1],
+        curve=place.of(curve),
+        points=points[good] + offset[:, None] * across[good],
+        arc=arc[good] * place.unit,
+        residual=residual,
+    )
+
+
+def _curvature(points: Array) -> Array:
+    """Second derivative along the normals of equally spaced points, shape (n,), 0 at both ends; 1 / pixel."""
+    step = np.diff(points, axis=0)
+    second = np.diff(step, axis=0) / float(step[0] @ step[0])
+    return np.pad(np.einsum("ij,ij->i", second, normals(points)[1:-1]), 1)
+
+
+def _moments(mask: Mask) -> tuple[float, Array, float, float]:
+    """Area, centre, direction of the longest axis (rad, within a quarter turn of x), and skewness along it."""
+    points = np.column_stack(np.nonzero(mask))[:, ::-1].astype(np.float64)
+    centre = points.mean(axis=0)
+    away = points - centre
+    axis = np.linalg.eigh(away.T @ away)[1][:, 1]
+    axis = axis if axis[0] >= 0.0 else -axis
+    along = away @ axis
+    skewness = float(np.mean(along**3) / np.mean(along**2) ** 1.5)
+    return float(len(points)), centre, float(np.arctan2(axis[1], axis[0])), skewness
+
+
+def _initial(image: Picture, source: str) -> tuple[Place, float, bool, bool]:
+    """The largest hole of the shape of a fold's: its place, the band's width, and whether that is bright and faint."""
+    small, scale = reduced(image)
+    best, most = None, 0.0
+    # Of something else in the picture that stands out more, as a ruler, the strip is told by its hole.
+    for faint, bright in ((False, True), (False, False), (True, True), (True, False)):
+        if faint and most >= MIN_OVERLAP:
+            break
+        mask = closed(foreground(small, bright, faint)[0])
+        for hole in regionprops(clear_border(label(mask == 0, connectivity=1))):
+            if hole.area < MIN_HOLE:
+                continue
+            place, width = _matching(mask, hole.slice, hole.image)
+            overlap = _overlap(place, width, hole.slice, hole.image)
+            if overlap > most:
+                best, most = (place, width, bright, faint), overlap
+    if best is None:
+        raise TrackingError(source, "the strip encloses no loop inside the picture", NEEDED, ADVICE)
+    if most < MIN_OVERLAP:
+        found = f"no loop of a folded strip: what is most like one shares {most:.0%} of its inside"
+        raise TrackingError(source, found, NEEDED, ADVICE)
+    place, width, bright, faint = best
+    (x, y), factor = unreduced(np.array([place.x, place.y]), scale).tolist(), float(scale.mean())
+    return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright, faint
+
+
+def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Array, width: float) -> float:
+    """Area, relative to the strip's, of what is connected with it around its loop but not a part of it.
+
+    ``points``: the middle of the band, shape (n, 2), and its ``width``; pixels.
+    """
+    band, _, beside = piece_along(image, points, np.full(len(points), width), bright, faint)
+    loop, there = place.back(points), place.back(band)
+    low, high = [loop[:, 0].min(), 0.0], loop.max(axis=0) + ROOM
+    beside = beside[((there > low) & (there < high)).all(axis=1)]
+    return float(beside.sum() / max((~beside).sum(), 1))
+
+
+def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -> tuple[Place, float]:
+    """The place of the loop whose inside has the area, centre, direction and skewness of a hole; the band's width."""
+    area, centre, angle, skewness = _moments(hole)
+    top, left = where[0].start, where[1].start
+    highest = int(hole.argmax(axis=0).argmin())
+    above = mask[: top + int(hole[:, highest].argmax()), left + highest][::-1]
+    width = float(np.argmin(np.append(above, 0)))
+    thickness = 0.05
+    for _ in range(3):
+        outline = FINE * loop_shape.inside_of(thickness)
+        corner = outline.min(axis=0)
+        shape = np.zeros(np.ceil(np.ptp(outline, axis=0)).astype(int)[::-1] + 2, np.uint8)
+        cv2.fillPoly(shape, [np.rint(outline - corner).astype(np.int32)], 1)
+        its_area, its_centre, its_angle, its_skewness = _moments(shape > 0)
+        unit = FINE * float(np.sqrt(area / its_area))
+        thickness = min(width / unit, loop_shape.MAX_THICKNESS)
+    side = 1.0 if skewness * its_skewness > 0.0 else -1.0
+    place = Place(unit, 0.0, 0.0, angle + side * its_angle, side)
+    x, y = centre + np.array([left, top]) - place.of((its_centre + corner)[None] / FINE)[0]
+    return replace(place, x=float(x), y=float(y)), width
+
+
+def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask) -> float:
+    """Intersection over union of a hole and that of a loop."""
+    outline = place.of(loop_shape.inside_of(min(width / place.unit, loop_shape.MAX_THICKNESS))) - [
+        where[1].start,
+        where[0].start,
+    ]
+    room = int(0.25 * max(hole.shape)) + 1
+    grown = np.pad(hole, room)
+    other = np.zeros(grown.shape, np.uint8)
+    cv2.fillPoly(other, [np.rint(outline + room).astype(np.int32)], 1)
+    return float((grown & (other > 0)).sum() / (grown | (other > 0)).sum())
+
+
+def _robust(slopes: Array, offset: Array, thickness: tuple[float, float]) -> tuple[Array, Array, float]:
+    """Least squares with Cauchy weights and priors of the last two unknowns.
+
+    These are the ``thickness``, a value and its standard deviation, and a shift common to all sections.
+
+    Returns
+    -------
+    The change of the unknowns, its covariance, and the degrees of freedom: neighbours that are correlated count once.
+    """
+    design = np.vstack([slopes, np.eye(6)[4:]])
+    values = np.concatenate([offset, [thickness[0], 0.0]])
+    priors = np.array([thickness[1], EDGE_SD])
+    weights, variance = np.ones(len(values)), EDGE_SD**2
+    for _ in range(6):
+        weights[-2:] = variance / priors**2
+        inverse = np.linalg.inv(design.T @ (weights[:, None] * design))
+        change = inverse @ (design.T @ (weights * values))
+        residual = offset - slopes @ change
+        block = correlation_length(residual)
+        freedom = max(len(residual) / block - 5.0, 1.0)
+        scatter = float(weights[:-2] @ residual**2) / float(weights[:-2].sum())
+        variance = scatter * block * (freedom + 5.0) / freedom
+        sigma = max(1.4826 * float(np.median(np.abs(residual))), 0.5 * EDGE_SD)
+        weights[:-2] = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
+    return np.asarray(change), np.asarray(inverse * variance), freedom

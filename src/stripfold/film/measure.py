@@ -1,0 +1,283 @@
+"""lambda_c from a recording at the onset of the snap, with its uncertainty.
+
+lambda is the gripper's advance past the place where its end of the strip lay flat.  It is read from the robot's log at
+the time of the event, or from the video where there is no log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import hypot
+
+import numpy as np
+
+from stripfold.base.arrays import Array
+from stripfold.base.errors import MeasurementError
+from stripfold.film import description, eta_motion, snap
+from stripfold.film.calibration import Calibration, calibrate_folder
+from stripfold.film.clock import read_log, synchronise
+from stripfold.film.eta_motion import MotionEtaB
+from stripfold.film.measurement import NOTE, PARTS, WARNING, Flag, Measurement, half_width
+from stripfold.film.model import model_value
+from stripfold.film.recording import ManualOnset, Recording
+from stripfold.film.snap import Landed, Speed
+from stripfold.film.strip_tracker import TRACKED_SHARE
+from stripfold.film.threads import one_thread
+from stripfold.film.tracking import MIN_FRAMES, Tracks, track
+
+DRAWS = 200
+"""Samples of the mapping."""
+SEED = 20180601
+MAX_NO_SNAP_RATIO = 1.3
+"""Peak of the speed over that of following from which a snap cannot be ruled out."""
+LEVEL_ERROR = 0.035
+"""Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
+WINDOW_SHIFT, WINDOW_SD = 0.12, 0.27
+"""By how much the onset of a slow snap is measured too late, and the standard deviation of that, in
+:attr:`.Speed.delay`: 0 if the speed rises exponentially, 0.25 if it rises steadily, in the mean of films in between."""
+FRAME_SHIFT, FRAME_SD = 0.45, 0.137
+"""By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
+that, in the usual distance of the frames."""
+GAP_SHIFT, GAP_SD = 0.17, 0.06
+"""The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
+SD_95 = 1.0 / half_width(0.95)
+"""Standard deviation over half the width of a 95 % interval."""
+MIN_STATIONS = 5
+FIT_WINDOW = 0.3
+"""Half the time over which the gripper's motion is fitted, s."""
+MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02
+"""Limits of the quality flags: drift of the gripper's height, m; speed and length off the description, as a share."""
+MAX_LOG_ERROR = 0.005
+"""Difference of lambda by the log and by the video, m, from which on they do not belong together."""
+CLEAR_SNAP = 2.0
+"""Least peak of the speed over that of following, below which lambda depends much on the peak."""
+
+
+@one_thread()
+def measure(recording: Recording, progress: Callable[[str], None] | None = None) -> Measurement:
+    """Measure a recording.
+
+    Raises
+    ------
+    InvalidInputError
+        A file that cannot be read.
+    MeasurementError
+        Files that can be read but not measured: see its subclasses.
+    """
+    say = progress or (lambda _: None)
+    say("calibrating")
+    calibration = calibrate_folder(recording.folder, recording.entries)
+    tracks = track(recording, calibration, say)
+    say("measuring")
+    return evaluate(recording, calibration, tracks, recording.manual_onset())
+
+
+def evaluate(
+    recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
+) -> Measurement:
+    """The result of a recording whose film has been tracked; see :func:`measure`."""
+    with tracks.camera.blamed():
+        return _evaluate(recording, calibration, tracks, manual)
+
+
+def _evaluate(
+    recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None
+) -> Measurement:
+    description.compare(recording.entries, tracks)
+    gripper = recording.entries.gripper
+    sign, flat_end = gripper.direction, gripper.flat_end
+    flat_end_sd, offset_sd = SD_95 * gripper.flat_end_uncertainty, SD_95 * gripper.holder.offset_uncertainty
+    flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
+    if tracks.camera.problem:
+        flags.append(Flag(WARNING if tracks.camera.moved else NOTE, tracks.camera.problem))
+    flags += _compared_with_description(recording, tracks)
+    random = np.random.default_rng(SEED)
+    t, points = _raised_part(recording, tracks)
+    landed = snap.landed(points, gripper.height)
+    if tracks.lost is not None and not landed.last:
+        raise tracks.lost
+    motion = snap.speed(t, points)
+    mapping_sd = _mapping_sd(calibration, tracks, random)
+    snapped, time = _event(motion, tracks, manual, landed)
+    time_sd = {} if manual is None else {"manual": manual.sd}
+    if snapped and manual is None:
+        period, excess = tracks.timing.period, _missing(tracks, motion)
+        time += FRAME_SHIFT * period + GAP_SHIFT * excess - WINDOW_SHIFT * motion.delay
+        time_sd = {
+            "level": hypot(_level_sd(motion), WINDOW_SD * motion.delay),
+            "frames": hypot(FRAME_SD * period, GAP_SD * excess),
+        }
+        flags += _event_flags(motion, excess, GAP_SHIFT * excess > hypot(*time_sd.values()))
+    x, velocity, gripper_sd = _gripper_at(tracks, time)
+    speed = abs(velocity)
+    by_video, by_log = sign * (x - flat_end), float("nan")
+    parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
+    clock, path = None, recording.robot_log
+    noise = float(np.median(tracks.gripper.sd[:, 0])) * calibration.quality["resolution"]
+    if path is None:
+        if recording.entries.gripper.template is not None:
+            # The noise of the first frame, from which the template is, is the same in all.
+            gripper_sd = hypot(gripper_sd, noise)
+        parts |= {"mapping": mapping_sd, "gripper": gripper_sd, "offset": offset_sd}
+    else:
+        log = read_log(path)
+        # A frame that repeats the one before shows the gripper where it was then.
+        own = tracks.gripper.tracked & ~tracks.timing.doubled
+        moments, places = tracks.grip_time[own], tracks.gripped_end[own, 0]
+        pixel, predicted = calibration.quality["resolution"], tracks.report.predicted
+        clock = synchronise(moments, places, noise, log, mapping_sd, pixel, predicted, path.name, offset_sd)
+        by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
+        # The log's place needs no mapping, but the clocks were synchronised with it.
+        parts["clock"] = speed * clock.sd
+        if abs(by_log - by_video) > MAX_LOG_ERROR:
+            raise MeasurementError(
+                path.name,
+                f"lambda by the log is {(by_log - by_video) * 1e3:+.1f} mm from that by the video",
+                f"a difference of at most {MAX_LOG_ERROR * 1e3:g} mm",
+                "does the log give x of the gripped end, in the coordinates of the robot grid?",
+            )
+        if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, offset_sd, *parts.values()):
+            flags.append(Flag(WARNING, f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event"))
+    parts["flat_end"] = flat_end_sd
+    if snapped and abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
+        text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
+        flags.append(Flag(NOTE, text))
+    if not snapped:
+        flags.append(Flag(NOTE, "no snap: lambda_c lies beyond the farthest place of the gripper"))
+    event = by_video if clock is None else by_log
+    place_sd = flat_end_sd, offset_sd, mapping_sd
+    eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, place_sd)
+    if text := eta_motion.doubted(eta_b):
+        flags.append(Flag(WARNING, text))
+    if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
+        flags.append(Flag(NOTE, text))
+    return Measurement(
+        recording=recording,
+        calibration=calibration,
+        tracks=tracks,
+        motion=motion,
+        clock=clock,
+        snapped=snapped,
+        event_time=time,
+        event=event,
+        parts=parts,
+        by_video=by_video,
+        by_log=by_log,
+        speed=speed,
+        model=model_value(recording.entries),
+        eta_b=eta_b,
+        flags=tuple(sorted(flags, key=lambda flag: flag.severity != WARNING)),
+        manual="" if manual is None else manual.reason,
+    )
+
+
+def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:
+    """Flags where the film differs from its description; see also :func:`.description.compare`."""
+    flags = []
+    length = recording.entries.strip.length
+    z = tracks.gripped_end[tracks.gripper.tracked, 1]
+    drift = float(np.ptp(np.percentile(z, [2.0, 98.0])))
+    if drift > MAX_HEIGHT_DRIFT:
+        flags.append(Flag(WARNING, f"the gripper's height drifts by {drift * 1e3:.1f} mm"))
+    seen = float(np.nanmedian(tracks.visible_length))
+    if tracks.complete and seen < (TRACKED_SHARE - MAX_LENGTH_ERROR) * length:
+        text = f"{seen * 1e3:.1f} mm of the strip are seen, its length is {length * 1e3:.1f} mm"
+        flags.append(Flag(WARNING, text))
+    return flags
+
+
+def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
+    """Times, shape (n,), and points, shape (n, k, 2), of the initially raised part while the gripper advances."""
+    start, stop = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
+    used = tracks.seen & (tracks.strip_time >= start) & (tracks.strip_time <= stop)
+    points = tracks.points[used]
+    if len(points) < MIN_FRAMES:
+        raise MeasurementError("video", f"the strip in {len(points)} frames", f"at least {MIN_FRAMES}", "film longer")
+    raised = snap.raised(points, recording.entries.gripper.height)
+    if raised.sum() < MIN_STATIONS:
+        raise MeasurementError(
+            "video",
+            f"a strip of which {tracks.stations[int(raised.sum())] * 1e3:.0f} mm are raised in the first frames",
+            "a loop over the lying part",
+            "film from before the snap on, from the side",
+        )
+    return tracks.strip_time[used], points[:, raised]
+
+
+def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: Landed) -> tuple[bool, float]:
+    """Whether there was a snap, and the time of its onset; without a snap the end of the film, s.
+
+    Without a burst of speed, a strip that has ``landed`` lost its stability before the film or, too fast, in it.
+    """
+    if manual is not None:
+        if not tracks.grip_time[0] <= manual.event_time <= tracks.grip_time[-1]:
+            found = f"an event at {manual.event_time:g} s"
+            raise MeasurementError(ManualOnset.file_name, found, "a time within the film")
+        return True, manual.event_time
+    if motion.ratio >= snap.MIN_RATIO and np.isfinite(motion.onset):
+        return True, motion.onset
+    if landed.first:
+        raise MeasurementError(
+            "video",
+            "no snap, and a strip whose upper layer lies on the table in the first frames",
+            "a film that begins before the snap",
+            "film from about L* before the snap on",
+        )
+    if motion.ratio > MAX_NO_SNAP_RATIO or landed.last:
+        raise MeasurementError(
+            "video",
+            f"too fast: a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",
+            f"{snap.MIN_RATIO:g} times or more where it snaps, {MAX_NO_SNAP_RATIO:g} times or less where it does not",
+            f"move the gripper more slowly, or give {ManualOnset.file_name}",
+        )
+    return False, float(tracks.grip_time[-1])
+
+
+def _level_sd(motion: Speed) -> float:
+    """Standard deviation of the onset from its level, s."""
+    sd = motion.onset_shift(hypot(LEVEL_ERROR, motion.fall))
+    if np.isfinite(sd):
+        return sd
+    raise MeasurementError(
+        "video",
+        "a strip that is already snapping in the first frames",
+        "one that first follows its gripper",
+        f"film from before the snap on, or give {ManualOnset.file_name}",
+    )
+
+
+def _missing(tracks: Tracks, motion: Speed) -> float:
+    """By how much the longest time between pictures of the strip from the onset to the peak exceeds the usual, s."""
+    seen = tracks.strip_time[tracks.seen]
+    first = max(int(np.searchsorted(seen, motion.onset, side="right")), 1)
+    last = int(np.searchsorted(seen, motion.t[motion.peak])) + 1
+    return max(float(np.diff(seen[first - 1 : last]).max(initial=0.0)) - tracks.timing.period, 0.0)
+
+
+def _gripper_at(tracks: Tracks, time: float) -> tuple[float, float, float]:
+    """x of the gripped end, m, its velocity, m/s, and the standard deviation of x."""
+    near = (np.abs(tracks.grip_time - time) <= FIT_WINDOW) & tracks.gripper.tracked
+    if near.sum() < 4:
+        near = np.argsort(np.argsort(np.abs(tracks.grip_time - time))) < 6
+    (velocity, x), residuals, *_ = np.polyfit(tracks.grip_time[near] - time, tracks.gripped_end[near, 0], 1, full=True)
+    n = int(near.sum())
+    noise = float(np.sqrt(residuals[0] / max(n - 2, 1))) if len(residuals) else 0.0
+    return float(x), float(velocity), noise / float(np.sqrt(n))
+
+
+def _mapping_sd(calibration: Calibration, tracks: Tracks, random: np.random.Generator) -> float:
+    """Standard deviation of x in the middle of the gripper's motion from the calibration, m."""
+    middle = tracks.gripper.centre[len(tracks.gripper.centre) // 2][None]
+    return float(np.std([calibration.resample(random).to_robot(middle)[0, 0] for _ in range(DRAWS)]))
+
+
+def _event_flags(motion: Speed, missing: float, matters: bool) -> list[Flag]:
+    found = {
+        f"the strip is not seen for {missing:.2f} s at the snap": matters,
+        "there are several bursts of speed: the first is taken for the snap": motion.several,
+        f"fast: the strip snaps only {motion.ratio:.1f} times as fast as it followed its gripper": (
+            motion.ratio < CLEAR_SNAP
+        ),
+        "the film ends within the snap": motion.t[motion.peak] > motion.t[-1] - 0.5 * snap.WINDOW,
+    }
+    return [Flag(WARNING, text) for text, holds in found.items() if holds]

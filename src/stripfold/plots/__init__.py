@@ -1,5 +1,0 @@
-"""Figures and films of results: arrays and datasets in, a matplotlib figure out; nothing is solved here."""
-
-from stripfold.extras import require
-
-require("plot")

@@ -1,0 +1,219 @@
+"""Meshes whose element ends move with the ends of the contact with the floor.
+
+Contact with the floor is a set of intervals of the strip; their ends are the contact coordinates.  Every element is a
+fixed share of the free or lying part that it belongs to, so that a contact coordinate is always an element's end.
+Lengths in L*, distances along the strip from the grasped end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+
+from stripfold.base.arrays import Array, Index, Mask
+from stripfold.strip.model import Model
+
+DRIFT, LYING_DRIFT = 1.25, 2.0
+"""Ratio of the elements' lengths to those planned at which a mesh is planned anew, off the floor and on it."""
+
+
+class Topology(Enum):
+    """Where a strip lies, part by part from the grasped end: on the floor or not.
+
+    ``LYING`` has one contact coordinate, the lift-off; ``POINT`` a point of the sag that touches as well; ``INTERVAL``
+    the two ends of an upper layer that lies; ``FOLDED`` the end of an upper layer that lies from the grasped end on.
+    """
+
+    LYING = (False, True)
+    POINT = (False, False, True)
+    INTERVAL = (False, True, False, True)
+    FOLDED = (True, False, True)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Element lengths.
+
+    Attributes
+    ----------
+    free, lying
+        Longest elements off the floor and on it, L*.
+    at_contact
+        Shortest elements, at the contact coordinates, L*; inf for none.
+    growth
+        Ratio of neighbouring elements away from there.
+    least
+        Smallest number of elements of a part.
+    """
+
+    free: float
+    lying: float
+    at_contact: float = np.inf
+    growth: float = 1.5
+    least: int = 8
+
+    def scaled(self, factor: float) -> Sizes:
+        """All lengths times a factor."""
+        return Sizes(
+            factor * self.free,
+            factor * self.lying,
+            factor * self.at_contact,
+            self.growth**factor,
+            max(round(self.least / factor), 3),
+        )
+
+    def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
+        """Ends of the elements of a part, as shares of it from 0 to 1; ``contacts``: which ends are at a contact."""
+        longest = self.lying if on_floor else self.free
+        if not on_floor or self.at_contact < longest:
+            longest = min(longest, length / self.least)
+        sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
+        while sum(map(sum, sides)) < length:
+            side = min(sides, key=lambda side: side[-1])
+            side.append(min(self.growth * side[-1], longest))
+        lengths = np.array(sides[0] + sides[1][::-1])
+        return np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
+
+
+@dataclass(frozen=True, eq=False)
+class ContactMesh:
+    """Meshes of a strip for all values of its contact coordinates; make it with :meth:`of`.
+
+    Attributes
+    ----------
+    topology
+        Which parts lie.
+    planned
+        The contact coordinates for which the elements have the planned sizes.
+    shares
+        For each part the ends of its elements as shares of it.
+    model
+        The strip with ``planned``.
+    """
+
+    length: float
+    topology: Topology
+    planned: Array
+    sizes: Sizes
+    make: Callable[[Array], Model] = field(repr=False)
+    shares: tuple[Array, ...] = field(repr=False)
+    model: Model = field(repr=False)
+
+    @classmethod
+    def of(
+        cls, length: float, topology: Topology, contact: Array, sizes: Sizes, make: Callable[[Array], Model]
+    ) -> ContactMesh:
+        """Plan elements for contact coordinates near ``contact``; ``make`` is the strip with given ends of elements."""
+        parts = _parts(contact, length)
+        on_floor = topology.value
+        last = len(parts) - 1
+        shares = tuple(sizes.shares(float(part), on_floor[i], (i > 0, i < last)) for i, part in enumerate(parts))
+        return cls(length, topology, contact, sizes, make, shares, make(_ends(*_places(shares), contact, length)))
+
+    def replanned(self, contact: Array, topology: Topology | None = None) -> ContactMesh:
+        """The same strip with elements planned for other contact coordinates."""
+        return ContactMesh.of(self.length, topology or self.topology, contact, self.sizes, self.make)
+
+    def at(self, contact: Array) -> Model:
+        """The strip with this contact."""
+        return self.model.with_ends(_ends(*self._places, contact, self.length))
+
+    def parts(self, contact: Array) -> Array:
+        """Lengths of the parts, L*."""
+        return _parts(contact, self.length)
+
+    def growth(self, contact: Array) -> Array:
+        """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements).
+
+        The elements are those of the model: all those across the strip.
+        """
+        return np.take(self._sides / self.parts(contact), self._part_of_all, axis=1)
+
+    def weight(self, contact: Array) -> tuple[Array, Array]:
+        """Weight of what is off the floor, which carries that of what lies, and its derivatives by the coordinates.
+
+        Shapes (n,) and (n, n_coordinates).
+        """
+        ratio, rates = self._ratio(contact), self._sides / self._planned_parts
+        linear, square = self._weights
+        columns = rates @ linear + (2.0 * rates * ratio) @ square
+        return ratio @ linear + ratio**2 @ square, columns.T
+
+    def _ratio(self, contact: Array) -> Array:
+        """Lengths of the parts over those planned."""
+        return self.parts(contact) / self._planned_parts
+
+    @cached_property
+    def _planned_parts(self) -> Array:
+        return self.parts(self.planned)
+
+    @cached_property
+    def _weights(self) -> tuple[Array, Array]:
+        """Planned weight of each part off the floor, shape (n_parts, n): what grows with the part, and with its square.
+
+        The latter are the moments on the rod's slopes: the derivative by the logarithm of the length is twice as large.
+        """
+        model = self.model
+        weight, rate = model.element_weight, model.weight_rate
+        rows = np.where(self.topology.value, -1, np.arange(len(self.shares)))[self._part_of_all]
+        at = (rows[:, None] * model.size + model.element_unknowns)[rows >= 0].ravel()
+
+        def summed(of_elements: Array) -> Array:
+            flat = np.bincount(at, of_elements[rows >= 0].ravel(), len(self.shares) * model.size)
+            return flat.reshape(len(self.shares), -1).astype(float)
+
+        return summed(2.0 * weight - rate), summed(rate - weight)
+
+    def drifted(self, contact: Array) -> bool:
+        """Whether the elements are no longer as long as planned."""
+        ratio = self._ratio(contact)
+        allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
+        return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
+
+    @cached_property
+    def _places(self) -> tuple[Index, Array]:
+        return _places(self.shares)
+
+    @cached_property
+    def _sides(self) -> Array:
+        """Derivatives of the parts' lengths by the contact coordinates, shape (n_coordinates, n_parts)."""
+        count = len(self.planned)
+        return np.eye(count, count + 1) - np.eye(count, count + 1, 1)
+
+    @cached_property
+    def _part_of_all(self) -> Index:
+        part = self._places[0]
+        # Elements across the strip are neighbours in the numbering.
+        return np.repeat(part, len(self.model.element_unknowns) // len(part))
+
+    @cached_property
+    def elements_at(self) -> Index:
+        """Numbers of the element ends at the contact coordinates."""
+        return np.cumsum([len(share) - 1 for share in self.shares])[:-1]
+
+    @cached_property
+    def on_floor(self) -> Mask:
+        """Whether each element lies, shape (n_elements,)."""
+        return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology.value, strict=True)])
+
+
+def _parts(contact: Array, length: float) -> Array:
+    """Lengths of the parts."""
+    at = np.concatenate([[0.0], contact, [length]])
+    return np.asarray(at[1:] - at[:-1])
+
+
+def _places(shares: tuple[Array, ...]) -> tuple[Index, Array]:
+    """The part of each element, and its first end as a share of that part."""
+    part = np.repeat(np.arange(len(shares)), [len(share) - 1 for share in shares])
+    return part, np.concatenate([share[:-1] for share in shares])
+
+
+def _ends(part: Index, share: Array, contact: Array, length: float) -> Array:
+    """Ends of the elements, shape (n_elements + 1,)."""
+    starts, lengths = np.concatenate([[0.0], contact]), _parts(contact, length)
+    return np.append(starts[part] + lengths[part] * share, length)

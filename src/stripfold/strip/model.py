@@ -1,0 +1,243 @@
+"""A discretised strip: what its models have in common, and what each says of itself.
+
+Units: lengths in L*, forces per width in rho_a g L* (``docs/physics.md``, section 1): the bending stiffness is one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from stripfold import kernels
+from stripfold.base.arrays import Array, Index
+from stripfold.solve.linear import Band, BandPattern
+
+if TYPE_CHECKING:
+    from stripfold.kernels.elements import Elements
+    from stripfold.strip.directors import Directors
+
+NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
+"""Predicted stresses and growths of elements where there are none."""
+
+
+class Model(ABC):
+    """A strip, straight and unstressed at ``q = 0``, held at one end and grasped at the other; no algorithm inside.
+
+    Its strains are quadratic in the unknowns ``q``, shape (size,).  Models are frozen.  Integrals over the elements are
+    those of :mod:`stripfold.kernels.elements`.
+
+    Attributes
+    ----------
+    length, thickness
+        Length and thickness h of the strip, L*.
+    pattern
+        Where entries of element matrices go.
+    s
+        Shape (columns,): reference distance of the mid-surface nodes from the grasped end, L*.
+    element_unknowns
+        Unknowns of each element, shape (n_elements, n_local).
+    """
+
+    length: float
+    thickness: float
+    pattern: BandPattern
+
+    if TYPE_CHECKING:  # fields of some models, which a property here would hide
+
+        @property
+        def s(self) -> Array: ...
+
+        @property
+        def element_unknowns(self) -> Index: ...
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of unknowns."""
+
+    @property
+    @abstractmethod
+    def middle(self) -> Index:
+        """Shape (columns, 2): unknowns that are the mid-surface's displacement, from the grasped to the held end."""
+
+    @property
+    @abstractmethod
+    def ends(self) -> Array:
+        """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
+
+    @property
+    @abstractmethod
+    def mass(self) -> Band:
+        """Consistent mass matrix, one per length."""
+
+    @abstractmethod
+    def mass_rate(self, q: Array) -> Array:
+        """Derivative of each element's share in ``mass @ q`` by the logarithm of its length, (n_elements, n_local)."""
+
+    @property
+    @abstractmethod
+    def element_weight(self) -> Array:
+        """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
+
+    @property
+    @abstractmethod
+    def weight_rate(self) -> Array:
+        """Derivative of ``element_weight`` by the logarithm of the element's length."""
+
+    @property
+    @abstractmethod
+    def slopes(self) -> Index | None:
+        """The unknown of each column that is the slope's z component, which a floor holds too; None without any."""
+
+    @property
+    @abstractmethod
+    def elements(self) -> Elements:
+        """Arrays for the compiled integrals."""
+
+    @property
+    @abstractmethod
+    def directors(self) -> Directors:
+        """The bend of each element."""
+
+    @abstractmethod
+    def with_ends(self, ends: Array) -> Self:
+        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,)."""
+
+    @abstractmethod
+    def resampled(self, q: Array, s: Array) -> Array:
+        """The unknowns of the same shape on columns at the distances ``s`` from the grasped end."""
+
+    @abstractmethod
+    def resampled_stress(self, q: Array, other: Self) -> Array:
+        """The stress in a state, for :meth:`predict_stress`, at the places of the elements of ``other``."""
+
+    @abstractmethod
+    def admissibility(self, q: Array) -> str:
+        """Why ``q`` is inadmissible whatever its forces, in words; empty for an admissible state."""
+
+    @abstractmethod
+    def unknowns_of(self, position: Array, angle: Array) -> Array:
+        """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.
+
+        ``position``, shape (columns, 2), is that of the mid-surface; ``angle``, shape (columns,), rad, that of the
+        material direction +x with the x axis.
+        """
+
+    @property
+    def has_energy(self) -> bool:
+        """Whether the law has an energy, which a motion in time needs."""
+        return True
+
+    @property
+    def stress_shape(self) -> tuple[int, ...]:
+        """Shape of a predicted stress."""
+        return self.elements.stiffness.shape
+
+    @cached_property
+    def weight(self) -> Array:
+        """Force of gravity with its sign turned, shape (size,)."""
+        return np.asarray(np.bincount(self.element_unknowns.ravel(), self.element_weight.ravel(), self.size), float)
+
+    def mid_surface(self, q: Array) -> Array:
+        """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        position = q[self.middle]
+        position[:, 0] += self.s - self.length / 2.0
+        return position
+
+    def resampled_mid_surface(self, q: Array, s: Array) -> Array:
+        """Places of the mid-surface at the distances ``s`` from the grasped end, shape (len(s), 2), in that frame."""
+        per_column = self.size // len(self.s)
+        place = self.resampled(q, s).reshape(len(s), -1)[:, self.middle[0] % per_column]
+        return place + np.stack([s - self.length / 2.0, np.zeros_like(s)], axis=1)
+
+    def largest_move(self, q0: Array, q1: Array) -> float:
+        """Largest distance between the places of one mid-surface node in two states, L*."""
+        x, z = (q1 - q0)[self.middle.T]
+        return float(np.sqrt((x * x + z * z).max()))
+
+    def energy(self, q: Array) -> float:
+        """Elastic energy; nan for a law that has none."""
+        return 0.5 * float(kernels.elements.distance(self.elements, np.zeros(self.size), _vector(q), False))
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        """Squared distance of two states in strain, weighted with the stiffness: of two that differ by a turn, none."""
+        return float(kernels.elements.distance(self.elements, _vector(q0), _vector(q1), True))
+
+    def internal_force(self, q: Array) -> Array:
+        """Internal force, shape (size,): the energy's derivative."""
+        return self._assemble(q, q, 0.0, True, None, False)[0]
+
+    def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
+        return self._assemble(q, q, 0.0, True, predicted_stress, True)[:2]
+
+    def force_and_derivatives(
+        self, q: Array, growth: Array, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band, Array]:
+        """Internal force and its derivatives by the unknowns and by the elements' lengths, the unknowns fixed.
+
+        The change of the stress with the lengths is that of the strain, also beside a predicted stress.
+
+        ``q``, ``predicted_stress``: as in :meth:`force_and_tangent`; ``growth``: derivatives of the logarithm of each
+        element's length by k parameters, shape (k, n_elements).
+
+        Returns ``force``, ``tangent``, ``columns``: shape (n,), the tangent, and shape (n, k).
+        """
+        return self._assemble(q, q, 0.0, True, predicted_stress, True, growth)
+
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band]:
+        """Internal force over a time step and its derivative by ``q1``: the energy-momentum method.
+
+        The stress is ``C : ((E_0 + E_1)/2 + kappa (E_1 - E_0))``, E the strain, with the strain's derivative in the
+        mean state.  Its work over the step is the gain of elastic energy, exactly, and ``kappa`` times the squared
+        ``C``-norm of ``E_1 - E_0``, which is lost (Simo and Tarnow, 1992).  Not symmetric.
+        """
+        return self._assemble(q0, q1, kappa, False, predicted_stress, True)[:2]
+
+    def predict_stress(self, q: Array, dq: Array, growth: Array = NO_GROWTH) -> Array:
+        """Stress at ``q + dq`` by the strain linearised at ``q``, in elements that are longer by a share ``growth``.
+
+        In a thin strip a Newton step that bends it also stretches it, by the square of the step; the geometric
+        stiffness of that spurious stress slows convergence.  With this stress in the next tangent, steps can be many
+        times longer; the equilibrium is the same (mixed integration points: Magisano, Leonetti, Garcea, 2017).
+        """
+        stress = kernels.elements.predict(self.elements, _vector(q), _vector(dq), growth)
+        return np.asarray(stress.reshape(self.stress_shape))
+
+    def _assemble(
+        self,
+        q0: Array,
+        q1: Array,
+        kappa: float,
+        in_state: bool,
+        stress: Array | None,
+        with_tangent: bool,
+        growth: Array = NONE,
+    ) -> tuple[Array, Any, Array]:
+        n, width = self.size, self.pattern.width
+        columns = np.zeros((len(growth), n))
+        force, tangent = np.zeros(n), Band.zeros(n if with_tangent else 0, width)
+        given = NONE if stress is None else np.ascontiguousarray(stress, float).reshape(len(stress), -1)
+        kernels.elements.assemble(
+            self.elements,
+            _vector(q0),
+            _vector(q1),
+            kappa,
+            in_state,
+            given,
+            force,
+            tangent.columns,
+            width,
+            growth,
+            columns,
+        )
+        return force, tangent, columns.T
+
+
+def _vector(q: Array) -> Array:
+    return np.ascontiguousarray(q, dtype=np.float64)

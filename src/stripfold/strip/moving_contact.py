@@ -1,0 +1,317 @@
+"""The problem of a strip on the floor with the ends of its contact as unknowns.
+
+All that lies is held on the floor, and each contact coordinate (:mod:`.contact_mesh`) has an equation of its own.  At
+the end of an interval the floor's last reaction is zero: on the rod the moment, on the solid the force on the last
+node.  At a point contact the section is upright; the place of a second gripper stays the same.  Along a branch lambda
+is then a smooth function of the contact coordinates.
+Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, sections 4 and 5; docs/method.md.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import NewtonError
+from stripfold.solve.linear import Band, Bordered
+from stripfold.solve.problem import Equilibrium, Point, Tangent
+from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.effects import MovableEffect
+from stripfold.strip.model import Model
+from stripfold.strip.problem import Motion, StripProblem, TwoGrippers
+
+LARGEST_SHRINKAGE = 0.5
+"""Largest share by which an iteration may shorten a part."""
+LARGEST_DISPLACEMENT = 0.3
+"""Largest displacement of the mid-surface in an iteration, L*: what :class:`.NewtonOptions` limits."""
+KEPT_MESHES = 3
+"""Meshes kept: those of the last states."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Mesh:
+    """The strip with one value of the contact coordinates."""
+
+    mesh: ContactMesh
+    contact: Array
+    motion: Motion
+    remembered: tuple[Model | None, tuple[MovableEffect, ...]]
+
+    @cached_property
+    def model(self) -> Model:
+        return self.mesh.at(self.contact)
+
+    @cached_property
+    def effects(self) -> tuple[MovableEffect, ...]:
+        """The effects on these elements."""
+        model, effects = self.remembered
+        return effects if model is None else tuple(effect.on(model, self.model) for effect in effects)
+
+    @cached_property
+    def growth(self) -> Array:
+        """Of the elements: see :meth:`.ContactMesh.growth`."""
+        return self.mesh.growth(self.contact)
+
+    @cached_property
+    def weight(self) -> tuple[Array, Array]:
+        """See :meth:`.ContactMesh.weight`."""
+        return self.mesh.weight(self.contact)
+
+    @cached_property
+    def problem(self) -> StripProblem:
+        """The same strip with contact at its nodes."""
+        return StripProblem(self.model, self.motion, self.effects)
+
+    def on(self, model: Model) -> tuple[MovableEffect, ...]:
+        """The effects on other elements of the same strip."""
+        return tuple(effect.on(self.model, model) for effect in self.effects)
+
+    def carried_over(self, u: Array, model: Model) -> tuple[MovableEffect, ...]:
+        """The effects in a state on other elements of the same strip, with held moments."""
+        return tuple(effect.carried_over(u, model) for effect in self.effects)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingContact:
+    """A strip on the floor whose contact coordinates are the last unknowns, after those of its model.
+
+    ``effects`` are on the mesh of ``remembered``, the contact coordinates when they were last updated.
+    """
+
+    mesh: ContactMesh
+    motion: Motion
+    effects: tuple[MovableEffect, ...] = ()
+    remembered: Array | None = None
+    _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
+    _linearised: dict[bytes, tuple[Array, Bordered]] = field(init=False, repr=False, default_factory=dict)
+    """Of the last state, without a predicted stress."""
+
+    @cached_property
+    def prescribed(self) -> Index:
+        """The unknowns at the grasp, at the held end and on the floor."""
+        model = self.mesh.model
+        grasped, end = self.motion.grasped(model), model.middle[-1]
+        on_floor = np.setdiff1d(self._floor(model), np.concatenate([grasped, end]))
+        return np.concatenate([grasped, end, on_floor])
+
+    def _floor(self, model: Model) -> Index:
+        """The unknowns that the floor holds."""
+        per_element = self._per_element
+        column = np.arange(len(model.s))
+        last = len(self.mesh.on_floor) - 1
+        right = np.minimum(column // per_element, last)
+        left = np.maximum((column - 1) // per_element, 0)
+        lies = self.mesh.on_floor[left] | self.mesh.on_floor[right]
+        if self._at_point:
+            lies[self.columns[0]] = True
+        held = model.middle[lies, 1]
+        if model.slopes is None:
+            return held
+        if self._at_point:
+            lies[self.columns[0]] = False
+        return np.concatenate([held, model.slopes[lies]])
+
+    @cached_property
+    def columns(self) -> Index:
+        """Columns at the contact coordinates."""
+        return self._per_element * self.mesh.elements_at
+
+    @cached_property
+    def _per_element(self) -> int:
+        """Columns of an element beside its first."""
+        model = self.mesh.model
+        return (len(model.s) - 1) // (len(model.ends) - 1)
+
+    @cached_property
+    def _released(self) -> Index:
+        """For each contact coordinate the unknown whose reaction vanishes; that of a point contact is not used."""
+        model = self.mesh.model
+        return np.asarray((model.middle[:, 1] if model.slopes is None else model.slopes)[self.columns])
+
+    @property
+    def _at_point(self) -> bool:
+        """Whether the first contact coordinate is a point contact."""
+        return self.mesh.topology is Topology.POINT and not isinstance(self.motion, TwoGrippers)
+
+    @cached_property
+    def _upright(self) -> Array:
+        """Linear function of the unknowns that vanishes where the section of a point contact is upright, (n,)."""
+        model = self.mesh.model
+        row = np.zeros(model.size)
+        directors = model.directors
+        # Elements across the strip follow each other.
+        element = directors.across * int(self.mesh.elements_at[0])
+        unknowns, factor = directors.unknowns[element, 0], directors.factor[element, 0]
+        # Along the strip the tangent is (1, 0) plus the slopes; across it the director is (0, 1) plus theirs.
+        np.add.at(row, unknowns[:, 0 if model.slopes is None else 1], factor)
+        return row
+
+    def at(self, contact: Array) -> _Mesh:
+        """The strip with these contact coordinates."""
+        key = contact.tobytes()
+        if key not in self._meshes:
+            self._meshes[key] = _Mesh(self.mesh, contact.copy(), self.motion, self._remembered)
+            if len(self._meshes) > KEPT_MESHES:
+                self._meshes.popitem(last=False)
+        self._meshes.move_to_end(key)
+        return self._meshes[key]
+
+    @cached_property
+    def _remembered(self) -> tuple[Model | None, tuple[MovableEffect, ...]]:
+        """The strip on which the effects are, None for any, and the effects."""
+        return None if self.remembered is None else self.mesh.at(self.remembered), self.effects
+
+    def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
+        """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""
+        u, contact = q[: self.n], self.contact(q)
+        mesh = self.at(contact)
+        effects = tuple(effect.committed(u, mesh.problem.reaction) for effect in mesh.effects)
+        return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
+
+    @property
+    def sliding(self) -> Self:
+        """The problem whose tangent is that of sliding where an element is at its limit: a branch goes on as it came.
+
+        With the memory updated it would be that of sticking, and the contact could move the other way.
+        """
+        effects = tuple(effect.about_to_slide() for effect in self.effects)
+        return replace(self, effects=effects) if effects else self
+
+    def let_go(self, q: Array) -> MovingContact:
+        """The problem in a state ``q`` with moments that were held: see :meth:`.MovableEffect.carried_over`."""
+        u, contact = q[: self.n], self.contact(q)
+        effects = tuple(effect.let_go(u) for effect in self.at(contact).effects)
+        return MovingContact(self.mesh, self.motion, effects, contact.copy())
+
+    @cached_property
+    def n(self) -> int:
+        """Number of unknowns of the model."""
+        return self.size - len(self.mesh.planned)
+
+    @cached_property
+    def size(self) -> int:
+        return self.mesh.model.size + len(self.mesh.planned)
+
+    @cached_property
+    def bounded(self) -> Index:
+        return np.empty(0, dtype=np.int64)
+
+    @cached_property
+    def lower(self) -> Array:
+        return np.empty(0)
+
+    @cached_property
+    def metric(self) -> Array:
+        """Steps are measured in lambda and the contact coordinates."""
+        metric = np.zeros(self.size)
+        metric[self.n :] = 1.0
+        return metric
+
+    def contact(self, q: Array) -> Array:
+        """The contact coordinates of a state."""
+        return q[self.n :]
+
+    def mass_at(self, q: Array) -> Band:
+        """Mass matrix of the model, of size n."""
+        return self.at(self.contact(q)).model.mass
+
+    def _with_equations(self, q: Array, force: Array) -> Array:
+        """The forces and the equations of the contact coordinates."""
+        equations = force[self._released]
+        if self._at_point:
+            equations[0] = self._upright @ q[: self.n]
+        elif isinstance(self.motion, TwoGrippers):
+            equations[0] = q[self.n] - self.motion.s
+        return np.concatenate([force, self._sign * equations])
+
+    def residual(self, q: Array, lam: float) -> Array:
+        u, mesh = q[: self.n], self.at(q[self.n :])
+        force = mesh.model.internal_force(u) + mesh.weight[0]
+        for effect in mesh.effects:
+            force = force + effect.force(u)
+        return self._with_equations(q, force)
+
+    @cached_property
+    def _sign(self) -> Array:
+        """Signs of the equations for which their own coordinate's derivative is positive on a stable branch."""
+        lies_behind = np.where(self.mesh.topology.value[1:], 1.0, -1.0)
+        # A reaction force grows where more of the strip is taken for free; a moment falls at either end of an interval.
+        # The section at a point turns with the slope on the rod, against it on the solid.
+        is_rod = self.mesh.model.slopes is not None
+        signs = np.where(is_rod, -1.0, lies_behind)
+        if self._at_point:
+            signs[0] = 1.0 if is_rod else -1.0
+        elif isinstance(self.motion, TwoGrippers):
+            signs[0] = 1.0
+        return signs
+
+    def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
+        key = q.tobytes()
+        if predicted_stress is None and key in self._linearised:
+            force, matrix = self._linearised[key]
+        else:
+            force, matrix = self._assembled(q, predicted_stress)
+            if predicted_stress is None:
+                # That of a solution serves its tangent and its eigenvalues.
+                self._linearised.clear()
+                self._linearised[key] = force, matrix
+        return force, matrix, np.zeros(self.size)
+
+    def _assembled(self, q: Array, predicted_stress: Array | None) -> tuple[Array, Bordered]:
+        u, contact = q[: self.n], q[self.n :]
+        mesh = self.at(contact)
+        force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
+        weight, weight_columns = mesh.weight
+        force, columns = force + weight, columns + weight_columns
+        for effect in mesh.effects:
+            effect.add(u, mesh.growth, force, tangent, columns)
+        rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
+        if self._at_point:
+            rows[0], corner[0] = self._upright, 0.0
+        elif isinstance(self.motion, TwoGrippers):
+            rows[0], corner[0] = 0.0, (1.0, 0.0)
+        sign = self._sign[:, None]
+        return self._with_equations(q, force), Bordered(tangent, columns, sign * rows, sign * corner)
+
+    def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
+        """The unknowns after a step, and the stress predicted for them: linear in the step."""
+        u, contact, change = q[: self.n], q[self.n :], dq[self.n :]
+        if self.mesh.parts(contact + change).min() <= 0.0:
+            raise NewtonError("the step ends with a part of negative length", residuals=[])
+        mesh = self.at(contact)
+        return q + dq, mesh.model.predict_stress(u, dq[: self.n], change @ mesh.growth)
+
+    def largest_change(self, q: Array, dq: Array) -> float:
+        """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
+        shorter = -(dq[self.n :] @ self.at(self.contact(q)).growth).min()
+        most = float(shorter) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
+        return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
+
+    def admissibility(self, q: Array) -> str:
+        return self.at(self.contact(q)).model.admissibility(q[: self.n])
+
+    def prescribed_values(self, lam: float) -> Array:
+        values = self.motion.values(lam)
+        return np.concatenate([values, np.zeros(len(self.prescribed) - len(values))])
+
+    def prescribed_rates(self, lam: float) -> Array:
+        rates = self.motion.rates(lam)
+        return np.concatenate([rates, np.zeros(len(self.prescribed) - len(rates))])
+
+    def mid_surface(self, q: Array) -> Array:
+        """Places of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        return self.at(self.contact(q)).model.mid_surface(q[: self.n])
+
+    def on_mesh(self, point: Point) -> tuple[StripProblem, Point]:
+        """A state as one of the model at its contact coordinates: what it solves, and the point."""
+        problem = self.at(self.contact(point.q)).problem
+        u = point.q[: self.n]
+        floor = np.intersect1d(self.prescribed, problem.bounded)
+        state = Equilibrium(u, point.lam, floor, point.state.residuals, problem.residual(u, point.lam))
+        tangent = Tangent(point.tangent.q[: self.n], point.tangent.lam)
+        return problem, replace(point, state=state, tangent=tangent)

@@ -1,0 +1,243 @@
+"""The problem that the algorithms solve: a strip with its effects and the motion of its gripper.
+
+The holding pin and the grasp are prescribed unknowns, the floor is a bound on unknowns, gravity a force
+(``docs/physics.md``, section 3).  Lengths in L*, forces in rho_a g L*.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stripfold import kernels
+from stripfold.base.arrays import Array, Index
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.solve.linear import Band, Sparse
+from stripfold.solve.problem import FixedUnknowns
+from stripfold.strip.effects import Effect, Hysteresis
+from stripfold.strip.model import Model
+from stripfold.strip.self_contact import SelfContact
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
+    from stripfold.kernels.bending import Springs
+    from stripfold.kernels.elements import Elements
+
+
+@dataclass(frozen=True)
+class Lift:
+    """The gripper rises: lambda is its height; it is free along x, so the horizontal force is zero."""
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0, 1:])
+
+    def values(self, lam: float) -> Array:
+        return np.array([lam])
+
+    def rates(self, lam: float) -> Array:
+        return np.array([1.0])
+
+
+@dataclass(frozen=True)
+class AlongX:
+    """The gripper moves along +x at constant height: lambda is its advance from where it lay when flat."""
+
+    height: float
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0])
+
+    def values(self, lam: float) -> Array:
+        return np.array([lam, self.height])
+
+    def rates(self, lam: float) -> Array:
+        return np.array([1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class AlongPath:
+    """The gripper follows a smooth piece of a path, or in time a whole path: lambda is the length travelled."""
+
+    path: Piece | GripperPath
+    length: float
+    """Length of the strip, L*."""
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0])
+
+    def values(self, lam: float) -> Array:
+        return self.path.position(lam) + np.array([self.length / 2.0, 0.0])
+
+    def rates(self, lam: float) -> Array:
+        return self.path.rate(lam)
+
+
+@dataclass(frozen=True)
+class TwoGrippers:
+    """The gripper moves as ``first`` says, with a second one: a hinge in the strip that keeps its distance from it.
+
+    ``s`` is its place in the strip, from the grasped end; ``ahead`` its displacement along x less the first one's, and
+    ``up`` its height less the first one's, L*.
+    """
+
+    first: AlongX | AlongPath
+    s: float
+    ahead: float
+    up: float
+
+    def grasped(self, model: Model) -> Index:
+        return np.concatenate([model.middle[0], model.middle[np.argmin(np.abs(model.s - self.s))]])
+
+    def values(self, lam: float) -> Array:
+        place = self.first.values(lam)
+        return np.concatenate([place, place + np.array([self.ahead, self.up])])
+
+    def rates(self, lam: float) -> Array:
+        return np.tile(self.first.rates(lam), 2)
+
+
+@dataclass(frozen=True)
+class Opened:
+    """The gripper has opened: nothing is grasped."""
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0, :0])
+
+    def values(self, lam: float) -> Array:
+        return np.zeros(0)
+
+    def rates(self, lam: float) -> Array:
+        return np.zeros(0)
+
+
+Motion = Lift | AlongX | AlongPath | TwoGrippers | Opened
+
+
+@dataclass(frozen=True)
+class StripProblem(FixedUnknowns):
+    """A strip on the floor, held at one end and moved at the other.
+
+    The memory of ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor;
+    while they touch the tangent is not a band matrix.
+    """
+
+    model: Model
+    motion: Motion
+    effects: tuple[Effect, ...] = ()
+    self_contact: SelfContact | None = None
+    prescribed: Index = field(init=False)
+    bounded: Index = field(init=False)
+    lower: Array = field(init=False)
+    metric: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        middle = self.model.middle
+        set_ = object.__setattr__
+        set_(self, "prescribed", np.concatenate([self.motion.grasped(self.model), middle[-1]]))
+        candidates = np.setdiff1d(middle[:, 1], self.prescribed)
+        set_(self, "bounded", candidates)
+        set_(self, "lower", np.zeros(len(candidates)))
+        metric = np.zeros(self.model.size)
+        # Mid-surface displacement, integrated over the strip, per typical free length of four L*.
+        metric[middle[:, 0]] = metric[middle[:, 1]] = np.gradient(self.model.s) / 4.0
+        set_(self, "metric", metric)
+
+    @property
+    def size(self) -> int:
+        return self.model.size
+
+    @property
+    def mass(self) -> Band:
+        return self.model.mass
+
+    def residual(self, q: Array, lam: float) -> Array:
+        force = self.model.internal_force(q) + self.model.weight
+        for effect in self.effects:
+            force = force + effect.force(q)
+        touching = self.self_contact.at(q) if self.self_contact else None
+        return force if touching is None else force + touching[0]
+
+    def linearise(
+        self, q: Array, lam: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band | Sparse, Array]:
+        force, tangent = self.model.force_and_tangent(q, predicted_stress)
+        force = force + self.model.weight
+        for effect in self.effects:
+            more, stiffness = effect.force_and_tangent(q)
+            force, tangent = force + more, tangent + stiffness
+        touching = self.self_contact.at(q) if self.self_contact else None
+        return *_with(force, tangent, touching), np.zeros(self.size)
+
+    def accepted(self, q: Array) -> StripProblem:
+        """The problem after an accepted step to ``q``: its effects have updated their memory."""
+        if not self.effects:
+            return self
+        accepted = copy(self)  # what follows from the model and the motion stays
+        object.__setattr__(accepted, "effects", tuple(effect.committed(q, self.reaction) for effect in self.effects))
+        return accepted
+
+    def reaction(self, q: Array) -> Array:
+        """The floor's forces on the strip in a state, inertia aside, shape (n,)."""
+        reaction = np.zeros(self.size)
+        on_floor = self.bounded[q[self.bounded] <= self.lower]
+        reaction[on_floor] = self.residual(q, 0.0)[on_floor]
+        return reaction
+
+    def predict_stress(self, q: Array, dq: Array) -> Array:
+        return self.model.predict_stress(q, dq)
+
+    def admissibility(self, q: Array) -> str:
+        return self.model.admissibility(q)
+
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band | Sparse]:
+        force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
+        force = force + self.model.weight
+        for effect in self.effects:
+            if effect.step_dependent:
+                raise ValueError("motion in time needs effects that do not depend on the step size")
+            # The force at the end of the step: a state at rest is an equilibrium, and the work is never too small.
+            more, stiffness = effect.force_and_tangent(q1)
+            force, tangent = force + more, tangent + stiffness
+        return _with(force, tangent, self.self_contact.over_step(q0, q1) if self.self_contact else None)
+
+    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
+        """The elements, friction in them and the weight if nothing else acts over a step: no layers in contact."""
+        if not self.model.has_energy:
+            return None
+        springs = kernels.bending.NO_SPRINGS
+        for effect in self.effects:
+            if not isinstance(effect, Hysteresis) or springs is not kernels.bending.NO_SPRINGS:
+                return None
+            springs = effect.springs
+        if self.self_contact and self.self_contact.over_step(q0, q1) is not None:
+            return None
+        return self.model.elements, springs, self.model.weight
+
+    def friction_work(self, q0: Array, q1: Array) -> float:
+        return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self.effects)
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        return self.model.strain_distance(q0, q1)
+
+    def energies(self, q: Array) -> tuple[float, float]:
+        elastic = self.model.energy(q) + (self.self_contact.energy(q) if self.self_contact else 0.0)
+        return elastic, float(self.model.weight @ q)
+
+    def prescribed_values(self, lam: float) -> Array:
+        return np.concatenate([self.motion.values(lam), np.zeros(2)])
+
+    def prescribed_rates(self, lam: float) -> Array:
+        return np.concatenate([self.motion.rates(lam), np.zeros(2)])
+
+
+def _with(force: Array, tangent: Band, touching: tuple[Array, csc_matrix] | None) -> tuple[Array, Band | Sparse]:
+    """Force and tangent with those of layers that touch."""
+    if touching is None:
+        return force, tangent
+    return force + touching[0], Sparse(touching[1]) + tangent
