@@ -23,8 +23,9 @@ from stripfold.ask.prediction import (
     without_horizontal_force,
 )
 from stripfold.files import store
-from stripfold.follow import static
-from stripfold.follow.static import End, StripModel
+from stripfold.follow import statics
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from stripfold.solve.linear import Band
 from studies import accuracy, estimates, profiling
 from studies.accuracy import Strategy, scene_of
@@ -42,7 +43,7 @@ class TestNearTheEnd:
     def test_same_end_as_the_whole_branch(self, prediction: ElasticaPrediction):
         strip = StripModel(LENGTH, THICKNESS)
         late = from_near_the_end(strip, prediction, 2.0)
-        whole = static.solve_height(strip, HEIGHT, 2.0)
+        whole = statics.solve_height(strip, HEIGHT, 2.0)
         assert late.end is whole.end is End.SNAP
         # The elements are planned anew on the way: the meshes are not the same.
         assert late.lam == pytest.approx(whole.lam, abs=2e-4)
@@ -124,7 +125,7 @@ class TestSelectModel:
     def test_a_failure_is_the_next_models(self, monkeypatch: pytest.MonkeyPatch):
         run = critical._run
 
-        def fails(strip: StripModel, *given: object) -> static.XRun:
+        def fails(strip: StripModel, *given: object) -> statics.XRun:
             if strip.kind == "rod":
                 raise critical.SolveError("planted")
             return run(strip, *given)

@@ -16,14 +16,14 @@ from stripfold import elastica
 from stripfold.base.errors import InvalidInputError, SolveError, TimeStepError
 from stripfold.base.material import Material
 from stripfold.files import schema
-from stripfold.follow import assess as assessing
-from stripfold.follow import path_statics, release, rest
-from stripfold.follow.assess import BIFURCATION, SNAP, Assessment, assess_strip
+from stripfold.follow import fall, statics
+from stripfold.follow import track as assessing
 from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.release import Fall
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import Fall, assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import BIFURCATION, SNAP, Track
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import RPath
@@ -48,17 +48,17 @@ PLACES = {"triangular": (3.392, 6.608), "circular": (5.289, 8.487), "r-path": (4
 
 
 @pytest.fixture(scope="module")
-def statics() -> dict[str, Assessment]:
+def statics() -> dict[str, Track]:
     """The paper's paths up to their critical points."""
     return {name: assess_strip(STRIP, make()) for name, make in PATHS.items()}
 
 
 @pytest.fixture(scope="module")
-def stored() -> tuple[xr.Dataset, Assessment]:
+def stored() -> tuple[xr.Dataset, Track]:
     """A circular path with its fall as it is stored, and what was found."""
-    kept: list[Assessment] = []
+    kept: list[Track] = []
 
-    def keep(*given: object) -> Assessment:
+    def keep(*given: object) -> Track:
         kept.append(assessing.assess_strip(*given))  # type: ignore[arg-type]
         return kept[-1]
 
@@ -69,7 +69,7 @@ def stored() -> tuple[xr.Dataset, Assessment]:
 
 
 @pytest.fixture(scope="module")
-def low() -> tuple[StripModel, Assessment]:
+def low() -> tuple[StripModel, Track]:
     """A path too low for a snap."""
     strip = StripModel(12.0, 0.06)
     return strip, assess_strip(strip, low_path.low(strip.length, 1.2), FALL, 2.0)
@@ -108,7 +108,7 @@ class TestCriticalPoints:
     """Where, and of which kind."""
 
     @pytest.mark.parametrize("name", PATHS)
-    def test_place_is_on_the_boundary(self, statics: dict[str, Assessment], name: str):
+    def test_place_is_on_the_boundary(self, statics: dict[str, Track], name: str):
         """Truth: the elastica's lambda_c at this height; a thickness takes 6 (h/L*)^2 off it."""
         found = statics[name]
         (event,) = found.events
@@ -126,7 +126,7 @@ class TestCriticalPoints:
         assert found.last is found.segments[0].states[-1]
 
     @pytest.mark.parametrize("name", PATHS)
-    def test_kind_by_the_angle(self, statics: dict[str, Assessment], name: str):
+    def test_kind_by_the_angle(self, statics: dict[str, Track], name: str):
         """Truth: the elastica's boundary, by differences.  The R-path of the elastica meets its own at no angle."""
         (event,) = statics[name].events
         truth = elasticas_angle(PATHS[name](), event.travelled)
@@ -138,7 +138,7 @@ class TestCriticalPoints:
             assert event.kind == SNAP
             assert event.angle == pytest.approx({"triangular": 89.0, "circular": 76.4}[name], abs=0.8)
 
-    def test_angle_is_that_of_the_path(self, statics: dict[str, Assessment]):
+    def test_angle_is_that_of_the_path(self, statics: dict[str, Track]):
         """The same critical state come upon along its boundary, across it, and in between."""
         found = statics["circular"]
         (event,) = found.events
@@ -154,7 +154,7 @@ class TestCriticalPoints:
                 turned = replace(problem, motion=replace(problem.motion, path=piece))
                 assert assessing.boundary_angle(turned, point) == pytest.approx(angle, abs=2.0)
 
-    def test_normal_by_differences(self, statics: dict[str, Assessment]):
+    def test_normal_by_differences(self, statics: dict[str, Track]):
         """At fixed other unknowns a move of the gripper changes the forces; what the mode feels of it is the normal."""
         found = statics["circular"]
         (event,) = found.events
@@ -173,13 +173,13 @@ class TestCriticalPoints:
         assert event.angle == pytest.approx(np.degrees(np.arcsin(sine)), abs=1e-2)
 
     @pytest.mark.parametrize(("angle", "kind"), [(14.9, BIFURCATION), (15.1, SNAP)])
-    def test_threshold(self, statics: dict[str, Assessment], monkeypatch: pytest.MonkeyPatch, angle: float, kind: str):
+    def test_threshold(self, statics: dict[str, Track], monkeypatch: pytest.MonkeyPatch, angle: float, kind: str):
         found = statics["r-path"]
         monkeypatch.setattr(assessing, "boundary_angle", lambda *_: angle)
         (event,) = found.events
         assert assessing._event(found.last, found.path, event.found).kind == kind
 
-    def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Assessment], tmp_path: Path):
+    def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Track], tmp_path: Path):
         file = tmp_path / "triangle.csv"
         file.write_text("t,x,z\n0,-0.3,0\n0.2,0,0.3\n1,0.3,0\n")
         other = assess_strip(STRIP, table.read(file, 20.0, 0.03))
@@ -188,7 +188,7 @@ class TestCriticalPoints:
         assert event.angle == pytest.approx(truth.angle, abs=0.01)
         assert event.kind == SNAP
 
-    def test_off_the_boundary(self, statics: dict[str, Assessment], monkeypatch: pytest.MonkeyPatch):
+    def test_off_the_boundary(self, statics: dict[str, Track], monkeypatch: pytest.MonkeyPatch):
         """Truth: the run along x at the same height; and how far that is from a place that is moved off."""
         (event,) = statics["r-path"].events
         assert abs(assess_data.off_the_boundary(STRIP, event)) < 1e-3
@@ -209,7 +209,7 @@ class TestCriticalPoints:
 class TestLow:
     """A path on which nothing snaps."""
 
-    def test_it_is_followed_to_its_end(self, low: tuple[StripModel, Assessment]):
+    def test_it_is_followed_to_its_end(self, low: tuple[StripModel, Track]):
         _, found = low
         assert found.stable
         assert found.at_end
@@ -217,7 +217,7 @@ class TestLow:
         assert found.last[1].lam == pytest.approx(found.path.length)
         assert not replace(found, segments=(replace(found.segments[0], states=found.segments[0].states[:-1]),)).at_end
 
-    def test_first_touch(self, low: tuple[StripModel, Assessment]):
+    def test_first_touch(self, low: tuple[StripModel, Track]):
         """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
         strip, found = low
         assert found.touch is not None
@@ -240,14 +240,14 @@ class TestLow:
         x = problem.model.resampled_mid_surface(point.q, np.array([place]))[0, 0]
         assert x == pytest.approx(found.touch.x, abs=1e-3)
 
-    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Assessment]):
+    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Track]):
         _, found = low
         segment = found.segments[0]
         lying = next(i for i, (problem, p) in enumerate(segment.states) if touches(problem.model, p))
         assert assessing._static_touch(replace(segment, states=segment.states[lying:])) is None
         assert assessing._static_touch(replace(segment, states=segment.states[:lying])) is None
 
-    def test_numbers(self, low: tuple[StripModel, Assessment]):
+    def test_numbers(self, low: tuple[StripModel, Track]):
         """Where nothing is critical there is no number, and none is made up."""
         strip, found = low
         fine = replace(found, touch=replace(found.touch, x=found.touch.x + 0.2))  # type: ignore[type-var, union-attr]
@@ -263,7 +263,7 @@ class TestLow:
         assert numbers["touch_uncertainty"] == pytest.approx(0.2)
         assert numbers["touch_travelled"] == found.touch.travelled
 
-    def test_numbers_without_a_touch(self, statics: dict[str, Assessment]):
+    def test_numbers_without_a_touch(self, statics: dict[str, Track]):
         found = statics["r-path"]
         numbers = assess_data.numbers(found, found, STRIP, "r-path", 2.0)
         missing = {key for key, value in numbers.items() if np.isnan(value)}
@@ -308,7 +308,7 @@ class TestFailedFall:
 class TestFallen:
     """A path with a snap, to its end."""
 
-    def test_size(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_size(self, stored: tuple[xr.Dataset, Track]):
         """Truth: what the motion lost on its way but for the start, and the fall of one node over a fine grid."""
         _, found = stored
         (motion,), (before, _) = found.motions, found.segments
@@ -323,7 +323,7 @@ class TestFallen:
         assert found.failure is None
         assert found.complete() is found
 
-    def test_the_parts_join(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_the_parts_join(self, stored: tuple[xr.Dataset, Track]):
         _, found = stored
         before, after = found.segments
         (motion,), (event,) = found.motions, found.events
@@ -339,13 +339,13 @@ class TestFallen:
         assert last.lam == pytest.approx(event.travelled + 0.01)
         assert after.points[0].lam == last.lam
         problem, rest = after.states[0]
-        moved = problem.model.resampled_mid_surface(rest.q, s) - model.resampled_mid_surface(last.q, s)
+        moved = problem.model.resampled_mid_surface(fall.q, s) - model.resampled_mid_surface(last.q, s)
         assert np.abs(moved).max() < 0.02
         assert found.at_end
         assert not found.stable
         assert all(point.negatives == 0 for point in after.points)
 
-    def test_it_fell_to_its_touch(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_it_fell_to_its_touch(self, stored: tuple[xr.Dataset, Track]):
         _, found = stored
         assert found.touch is not None
         assert found.touch.fell
@@ -355,7 +355,7 @@ class TestFallen:
         column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, moment)][0])))
         assert model.mid_surface(moment.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
 
-    def test_it_ends_folded(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_it_ends_folded(self, stored: tuple[xr.Dataset, Track]):
         """Truth: the elastica's folded state with aligned edges."""
         data, found = stored
         plan = rpath.plan_r_path(SHORT)
@@ -375,7 +375,7 @@ class TestFallen:
         assert hold == pytest.approx(-grip[0], abs=1e-6)
         assert abs(hold) > 0.01
 
-    def test_no_more_falls_than_allowed(self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch):
+    def test_no_more_falls_than_allowed(self, stored: tuple[xr.Dataset, Track], monkeypatch: pytest.MonkeyPatch):
         """A strip that would fall for ever is released five times."""
         _, found = stored
         first = found.segments[0]
@@ -388,7 +388,7 @@ class TestFallen:
         assert len(endless.events) == len(endless.segments) == 6
         assert not endless.at_end
 
-    def test_without_rest_the_first_touch_is_the_end(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_without_rest_the_first_touch_is_the_end(self, stored: tuple[xr.Dataset, Track]):
         _, found = stored
         strip = StripModel(SHORT, MATERIAL.relative_thickness)
         ended = assess_strip(strip, found.path, replace(FALL, to_rest=False), 2.0).complete()
@@ -399,13 +399,13 @@ class TestFallen:
         assert ended.motions[0].touch == len(ended.motions[0].states) - 1
 
     def test_a_touch_before_the_fall_is_the_first(
-        self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch
+        self, stored: tuple[xr.Dataset, Track], monkeypatch: pytest.MonkeyPatch
     ):
         _, found = stored
         segments = iter(found.segments)
         pieces = []
 
-        def follow(*given: object, options: object = None, progress: object = None) -> path_statics.StaticSegment:
+        def follow(*given: object, options: object = None, progress: object = None) -> statics.StaticSegment:
             # After the mesh, the path and the length: the first state and its piece.
             pieces.append(given[4] if len(given) > 4 else 0)
             return next(segments)
@@ -432,7 +432,7 @@ class TestFallen:
 class TestStored:
     """The dataset, in SI."""
 
-    def test_layout(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_layout(self, stored: tuple[xr.Dataset, Track]):
         data, found = stored
         assert all(v.attrs["units"] and v.attrs["long_name"] for v in data.variables.values())
         phase, part = data["phase"].values, data["part"].values
@@ -450,7 +450,7 @@ class TestStored:
         assert data.attrs["path"] == "circular"
         assert set(assess_data.NUMBERS) <= set(data.attrs)
 
-    def test_what_the_stored_shapes_say(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_what_the_stored_shapes_say(self, stored: tuple[xr.Dataset, Track]):
         data, _ = stored
         unit, length = MATERIAL.gravity_length, data.attrs["length"]
         assert data["arc"].values[[0, -1]] == pytest.approx([0.0, length])
@@ -477,7 +477,7 @@ class TestStored:
         assert low_[-1][free & (np.abs(shape - data.attrs["touch_x"]) < 0.5 * unit)].min() < 0.05 * unit
         assert data.attrs["touch_error"] == pytest.approx(data.attrs["touch_x"] - data.attrs["planned_touch_x"])
 
-    def test_work_of_the_gripper(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_work_of_the_gripper(self, stored: tuple[xr.Dataset, Track]):
         """Truth, in SI and from what is stored: the gripper's work is the gain in height and in bending energy."""
         data, _ = stored
         first = data.isel(state=data["part"].values == 0)
@@ -490,7 +490,7 @@ class TestStored:
         energy = np.trapezoid(MATERIAL.rho_a * 9.81 * z + 0.5 * stiffness * curvature**2, arc, axis=1)
         assert energy[-1] - energy[0] == pytest.approx(work, rel=0.05)
 
-    def test_fall_is_thinned_and_keeps_its_ends_and_touch(self, stored: tuple[xr.Dataset, Assessment]):
+    def test_fall_is_thinned_and_keeps_its_ends_and_touch(self, stored: tuple[xr.Dataset, Track]):
         data, found = stored
         (motion,) = found.motions
         second = np.sqrt(MATERIAL.gravity_length / 9.81)
@@ -508,7 +508,7 @@ class TestStored:
         assert len(rows) - 1 <= len(without) <= len(rows)
 
     def test_another_material_of_the_same_ratios(
-        self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch
+        self, stored: tuple[xr.Dataset, Track], monkeypatch: pytest.MonkeyPatch
     ):
         """The same numbers of another size: by hand L* is half, rho_a g L* is 3/2, a second 1/sqrt(2)."""
         data, found = stored
@@ -614,7 +614,7 @@ class TestTwoWays:
         assert away > 0.1
         # It rested for a while, and its motion ended then.
         times = np.array([m.t for m in up.motion.states])
-        quiet = times > times[-1] - rest.QUIET
+        quiet = times > times[-1] - fall.QUIET
         assert max(m.energy.kinetic for m, q in zip(up.motion.states, quiet, strict=True) if q) < 1e-6
 
     def test_a_strip_that_does_not_fall_rests_in_a_stable_state(self):
@@ -623,22 +623,22 @@ class TestTwoWays:
         plan = rpath.plan_r_path(strip.length)
         travelled = plan.path.pieces[1].end - 0.15
         problem, point = on_nodes(post_critical.planned_unstable(strip, plan, travelled))
-        motion = release.simulate_fall(
-            release.ReleaseState(problem, point, point.mode, 0.0), replace(FALL, disturbance=-1e-2)
+        motion = fall.simulate_fall(
+            fall.ReleaseState(problem, point, point.mode, 0.0), replace(FALL, disturbance=-1e-2)
         )
-        rest_at = release.at_rest(strip.contact_mesh(), motion)
+        rest_at = fall.at_rest(strip.contact_mesh(), motion)
         assert isinstance(rest_at, BranchPoint)
         assert rest_at.point.negatives == 0
         s = problem.model.s
         moved = rest_at.mid_surface(s) - problem.model.mid_surface(motion.states[-1].q)
-        assert np.linalg.norm(moved, axis=1).max() < release.SAME_STATE
+        assert np.linalg.norm(moved, axis=1).max() < fall.SAME_STATE
 
     def test_a_slow_start_is_no_rest(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         """With damping that first takes nearly all of the disturbance the motion grows by 0.0018 per time unit."""
         _, found, _ = ways
         problem, point = found.start
-        start = release.ReleaseState(problem, point, point.mode, 0.0)
-        motion = release.simulate_fall(start, Fall(0.3, damping=Damping(5.0, 0.1), to_rest=False))
+        start = fall.ReleaseState(problem, point, point.mode, 0.0)
+        motion = fall.simulate_fall(start, Fall(0.3, damping=Damping(5.0, 0.1), to_rest=False))
         assert motion.touch_x == pytest.approx(found.branches[0].motion.touch_x, abs=0.03)
 
     def test_stored(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
@@ -703,4 +703,4 @@ def test_a_pushed_strip_is_laid_down_without_a_snap() -> None:
         found = assess_strip(StripModel(9.0, THICKNESS), geometric.triangular(9.0), refinement=refinement)
         assert found.stable
         assert found.at_end
-        assert found.contact == path_statics.MOVING
+        assert found.contact == statics.MOVING

@@ -8,9 +8,9 @@ import pytest
 from oracles import nonlinear_elastica
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError
-from stripfold.follow import static
+from stripfold.follow import statics
 from stripfold.follow.contact_branch import from_elastica
-from stripfold.follow.static import StripModel, to_the_end
+from stripfold.follow.statics import StripModel, to_the_end
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature, split_loop
 from stripfold.strip.problem import AlongX
 from stripfold.strip.rod import Rod
@@ -83,7 +83,7 @@ def test_critical_point_is_that_of_the_elastica_with_the_law(a, c, z):
         start = from_elastica(strip.contact_mesh(refinement), AlongX(z), state.advance, state)
         found[refinement] = to_the_end(textile_law.bent(start, KAPPA, moment))
     run = found[0.25]
-    assert run.end is static.End.SNAP
+    assert run.end is statics.End.SNAP
     # The law moves lambda_c by much more than this.
     assert abs(elastica.critical(z).advance - truth.advance) > 0.3
     assert run.lam == pytest.approx(truth.advance, abs=1e-3)

@@ -20,8 +20,7 @@ from stripfold.cli import main
 from stripfold.draw.save import save_as
 from stripfold.files import store
 from stripfold.files.json_output import as_json
-from stripfold.follow import rest
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.paths import PLANS, geometric, table
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]

@@ -16,7 +16,7 @@ from plots import order as figure
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from studies import branches, constants, low_paths, order
 
 

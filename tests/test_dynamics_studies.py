@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 from scipy.special import ai_zeros
 
 from stripfold.base.errors import SolveError
-from stripfold.follow.static import StripModel, XRun, solve_height
+from stripfold.follow.statics import StripModel, solve_height
+from stripfold.follow.track import Track
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import EnergyMomentum
 from studies import lag, modes, schemes
@@ -112,16 +113,16 @@ def test_constants_of_the_passage() -> None:
 
 
 @pytest.fixture(scope="module")
-def run() -> XRun:
+def run() -> Track:
     return solve_height(StripModel(12.0, 0.0594), 5.0)
 
 
 @pytest.fixture(scope="module")
-def fold(run: XRun) -> lag.Fold:
+def fold(run: Track) -> lag.Fold:
     return lag.Fold.of(run, 0.25)
 
 
-def test_normal_form_predicts_the_eigenvalue(fold: lag.Fold, run: XRun) -> None:
+def test_normal_form_predicts_the_eigenvalue(fold: lag.Fold, run: Track) -> None:
     """Another way to b c: near lambda_c the smallest eigenvalue is ``2 sqrt(b c (lambda_c - lambda))``.
 
     From the branch whose contact coordinates are unknowns: contact at nodes makes the eigenvalue jump.
@@ -159,7 +160,7 @@ def test_exponent_and_limit_of_a_known_law() -> None:
     assert lag.limit(v, 7.0 + 2.0 * v**0.8, 0.8) == pytest.approx(7.0, abs=1e-12)
 
 
-def test_a_fall_without_end_has_failed(run: XRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fall_without_end_has_failed(run: Track, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(schemes, "LATEST", 0.5)
     with pytest.raises(SolveError, match="no touch"):
         schemes.fall_to_touch(run, 1.0, EnergyMomentum())

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.follow.collapse import to_critical_point
-from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState, simulate_fall
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState, simulate_fall, to_critical_point
+from stripfold.follow.statics import StripModel
 from stripfold.solve.schemes import Damping
 from studies import falls
 

@@ -11,8 +11,9 @@ from plots import layer_friction as figure
 from stripfold.ask.simulation import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.elastica import folded_loop, half_fold_lying_length
-from stripfold.follow.path_in_time import PathInTime, follow_in_time, opened
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import follow_in_time, opened
+from stripfold.follow.track import Track
 from stripfold.paths.geometric import circular
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
@@ -175,7 +176,7 @@ def test_tangent() -> None:
 
 
 @pytest.fixture(scope="module")
-def fold() -> tuple[PathInTime, PathInTime]:
+def fold() -> tuple[Track, Track]:
     """A circular path with friction, gripper closed and opened."""
     found = follow_in_time(
         StripModel(14.0, 0.05, kind="rod"), circular(14.0), MU, damping=study.DAMPING, refinement=2.0
@@ -183,7 +184,7 @@ def fold() -> tuple[PathInTime, PathInTime]:
     return found, opened(found, study.DAMPING)
 
 
-def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[PathInTime, PathInTime]) -> None:
+def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[Track, Track]) -> None:
     found, after = fold
     assert found.touch_x == pytest.approx(3.7, abs=0.05)
     places = after.problem.model.resampled_mid_surface(after.last.q, np.linspace(0.0, 14.0, 501))
@@ -197,7 +198,7 @@ def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[PathInTime, Pa
     assert max(part.last.energy.closing for part in fold) < 1e-6
 
 
-def test_study_and_its_figure(fold: tuple[PathInTime, PathInTime], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_study_and_its_figure(fold: tuple[Track, Track], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "_follow", lambda *_, **__: fold)
     data = study.run(14.0, 0.05, 0.02, [0.2, 0.4], 0.4, [0.2, 0.6], 14.0, 0.3, [0.1])
     assert set(data["no_result"].values.ravel()) == {""}
@@ -214,16 +215,16 @@ def test_study_and_its_figure(fold: tuple[PathInTime, PathInTime], monkeypatch: 
 
 
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.follow import collapse
+    from stripfold.ask import collapse_record
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
-    found = collapse.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse.AT_REST
+    found = collapse_record.run(Simulation(**strip))
+    assert found.attrs["end"] == collapse_record.AT_REST
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0
     assert float(found["friction"].dropna("state")[-1]) > 0.0
-    without = collapse.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
+    without = collapse_record.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
     assert "layer_friction" in without.attrs["missing"]
     assert not without["friction"].dropna("state").any()
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stripfold.base.errors import SolveError
-from stripfold.follow import assess
+from stripfold.follow import track
 from stripfold.follow.contact_branch import Planned
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.paths import geometric, rpath
 from studies import random_paths, rpaths
 from tasks import friction
@@ -19,7 +19,7 @@ def test_tangency() -> None:
     assert abs(float(data["boundary_error"][0, 0])) < 2e-3
     assert float(data["plan_error"][0]) < 1e-9
     assert abs(float(data["elastica_error"][0])) < 1e-9
-    assert 2.0 < float(data["angle"][0, 0]) < assess.LARGEST_BIFURCATION_ANGLE
+    assert 2.0 < float(data["angle"][0, 0]) < track.LARGEST_BIFURCATION_ANGLE
     assert float(data["bifurcation"][0, 0]) == 1.0
     # The solid is critical a little before the elastica, on the way over.
     assert float(data["x"][0, 0]) == pytest.approx(float(data["planned_x"][0]), abs=0.3)

@@ -14,7 +14,7 @@ import xarray as xr
 from plots import peers as plot
 from stripfold import elastica
 from stripfold.files import store
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from studies import peers, peers_ours
 from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
 from studies.summary import facts_paths

@@ -22,7 +22,7 @@ from stripfold.ask.critical_point import CriticalResult
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.film import eta_motion
-from stripfold.follow import moving_gripper
+from stripfold.follow import time
 from stripfold.synthetic import dynamics
 from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import DynamicsMotion, Scene
@@ -67,12 +67,12 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     found = dynamics.history(scene)
     assert isinstance(found, History)
     clock = sqrt(UNIT / 9.81)
-    from stripfold.follow.static import StripModel
+    from stripfold.follow.statics import StripModel
     from stripfold.solve.schemes import Damping
 
     strip = StripModel(16.0, Material(3780.0).relative_thickness)
     damping = Damping(2.0 * clock, 3e-3 / clock)
-    by_hand = moving_gripper.run(strip, 5.0, 0.02, 0.005 * clock / UNIT, 0.2, 0.1 / clock, damping, 3.0)
+    by_hand = time.run(strip, 5.0, 0.02, 0.005 * clock / UNIT, 0.2, 0.1 / clock, damping, 3.0)
     assert found.lambda_c == pytest.approx(by_hand.static_limit * UNIT)
     touch = by_hand.states[by_hand.touch]
     assert found.touch == pytest.approx(touch.t * clock)

@@ -14,7 +14,8 @@ from stripfold.ask.inputs import Scene
 from stripfold.ask.simulation import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 
 
 class TestCriticalPoint:

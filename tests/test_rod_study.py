@@ -12,7 +12,7 @@ from plots import rod as figure
 from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.files import store
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from studies import models as rod
 
 LENGTH, HEIGHT, THICKNESS = 12.0, 3.0, 0.06

@@ -15,10 +15,10 @@ from stripfold.ask.critical_point import find
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
 from stripfold.base.material import Material
-from stripfold.follow import static
-from stripfold.follow.collapse import node_weights
+from stripfold.follow import statics
 from stripfold.follow.contact_events import clearance
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End, node_weights
 from stripfold.solve import newton
 from stripfold.strip.problem import AlongX, StripProblem
 from studies import branches
@@ -30,9 +30,9 @@ THIN = StripModel(16.0, 0.02)
 
 
 @pytest.fixture(scope="module")
-def run() -> static.XRun:
+def run() -> statics.XRun:
     """A thin strip at z = 3 L*, followed past its critical point."""
-    return static.solve_height(THIN, 3.0, past=1.0)
+    return statics.solve_height(THIN, 3.0, past=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def stored() -> xr.Dataset:
     return xaxis.run(Material(3780.0), 0.6, [1.2, 3.0], 1.0)
 
 
-def test_critical_point_is_the_elasticas(run: static.XRun) -> None:
+def test_critical_point_is_the_elasticas(run: statics.XRun) -> None:
     # What the thickness does to lambda_c is -6 (h/L*)^2; the mesh may add 2e-4.
     assert run.end is End.SNAP
     assert run.critical is not None
@@ -51,14 +51,14 @@ def test_critical_point_is_the_elasticas(run: static.XRun) -> None:
     assert run.free_length == pytest.approx(elastica.critical(3.0).length, abs=0.05)
 
 
-def test_bracket_is_within_the_tolerance(run: static.XRun) -> None:
+def test_bracket_is_within_the_tolerance(run: statics.XRun) -> None:
     assert run.critical is not None
-    assert 0.0 <= run.critical.width <= static.LAMBDA_TOLERANCE
+    assert 0.0 <= run.critical.width <= statics.LAMBDA_TOLERANCE
     assert run.critical.lower == run.critical.lam
     assert run.critical.eigenvalue_lam == pytest.approx(run.critical.lam, abs=2e-4)
 
 
-def test_stable_before_and_unstable_after(run: static.XRun) -> None:
+def test_stable_before_and_unstable_after(run: statics.XRun) -> None:
     index = run.points.index(run.last)
     points = [at.point for at in run.points]
     assert all(p.negatives == 0 and p.eigenvalues[0] > 0.0 for p in points[: index + 1])
@@ -68,7 +68,7 @@ def test_stable_before_and_unstable_after(run: static.XRun) -> None:
     assert points[-1].lam < points[index].lam - 1e-3
 
 
-def test_instability_is_weak_as_the_elasticas(run: static.XRun) -> None:
+def test_instability_is_weak_as_the_elasticas(run: statics.XRun) -> None:
     # docs/physics.md, section 5: past the fold the negative eigenvalue is about 1 % of the next one.
     low, high = run.points[-1].point.eigenvalues
     assert -0.05 < low / high < -0.001
@@ -76,7 +76,7 @@ def test_instability_is_weak_as_the_elasticas(run: static.XRun) -> None:
 
 def test_lifted_state_is_the_elasticas() -> None:
     heights = [0.5, 1.5, 3.0]
-    for height, at in static.lift(StripModel(12.0, 0.01).contact_mesh(), heights):
+    for height, at in statics.lift(StripModel(12.0, 0.01).contact_mesh(), heights):
         model = at.model
         truth = elastica.state_no_horizontal_force(height)
         assert at.u[model.middle[0]] == pytest.approx([truth.advance, height], abs=2e-3)
@@ -89,7 +89,7 @@ def test_lifted_state_is_the_elasticas() -> None:
         assert np.abs(shape[free, 0] - x).max() < 3e-3
 
 
-def test_no_penetration_and_first_integral(run: static.XRun) -> None:
+def test_no_penetration_and_first_integral(run: statics.XRun) -> None:
     for point in run.points:
         entry = record(point)
         assert entry.minimal_gap >= -1e-12
@@ -101,14 +101,14 @@ def test_no_penetration_and_first_integral(run: static.XRun) -> None:
     assert start.force_z == pytest.approx(truth.length - truth.reaction, abs=0.02)
 
 
-def test_gripper_force_at_the_critical_point(run: static.XRun) -> None:
+def test_gripper_force_at_the_critical_point(run: statics.XRun) -> None:
     truth = elastica.critical(3.0).state
     assert truth is not None
     # The elastica's X axis points along -x.
     assert record(run.last).force_x == pytest.approx(-truth.force_x, abs=0.02)
 
 
-def test_energy_is_what_the_gripper_did(run: static.XRun) -> None:
+def test_energy_is_what_the_gripper_did(run: statics.XRun) -> None:
     """A second way: along a branch dW = F_x dlambda."""
     entries = [record(p) for p in run.points[: run.points.index(run.last) + 1]]
     energy = np.array([e.elastic_energy + e.gravity_energy for e in entries])
@@ -119,7 +119,7 @@ def test_energy_is_what_the_gripper_did(run: static.XRun) -> None:
 
 
 def test_low_gripper_lays_the_sag_down() -> None:
-    low = static.solve_height(StripModel(16.0, 0.02), 1.2)
+    low = statics.solve_height(StripModel(16.0, 0.02), 1.2)
     truth = elastica.critical(1.2).state
     assert truth.sag is not None
     assert low.end is End.TOUCH
@@ -131,10 +131,10 @@ def test_low_gripper_lays_the_sag_down() -> None:
 
 
 def test_short_strip_is_lifted_whole() -> None:
-    assert static.solve_height(StripModel(7.0, 0.02), 3.0).end is End.LIFTED
+    assert statics.solve_height(StripModel(7.0, 0.02), 3.0).end is End.LIFTED
 
 
-def test_fixed_lambda_steps_end_at_the_fold_and_continuation_does_not(run: static.XRun) -> None:
+def test_fixed_lambda_steps_end_at_the_fold_and_continuation_does_not(run: statics.XRun) -> None:
     """Past the fold Newton's method at fixed lambda does not converge; before it, it does."""
     assert run.critical is not None
     before, problem = run.critical.before, run.last.problem
@@ -149,9 +149,9 @@ def test_branch_study_detects_a_wrong_result(monkeypatch: pytest.MonkeyPatch) ->
     right = branches.run(2, 1, 7, 2.0, 1e-3, threads=2)
     assert right["verdict"].values.tolist() == [branches.RIGHT, branches.RIGHT]
     assert right.attrs["seed"] == 7
-    low = static.solve_height(THIN, 1.2, 2.0)
+    low = statics.solve_height(THIN, 1.2, 2.0)
 
-    def other(*_: object, **__: object) -> static.XRun:
+    def other(*_: object, **__: object) -> statics.XRun:
         return low
 
     def fails(*_: object, **__: object) -> None:
@@ -258,7 +258,7 @@ def test_find_says_why_there_is_no_snap(model: str) -> None:
 def test_printed_law_cannot_hold_an_upright_strip() -> None:
     """docs/physics.md, section 2: its bending stiffness goes with the square of the cosine of the slope."""
     with pytest.raises(SolveError):
-        static.solve_height(StripModel(12.0, 0.05, law="printed"), 3.0, 1.0)
+        statics.solve_height(StripModel(12.0, 0.05, law="printed"), 3.0, 1.0)
 
 
 def test_unusable_mesh_is_refused() -> None:
@@ -270,7 +270,7 @@ def test_unusable_mesh_is_refused() -> None:
         StripModel(10.0, 0.05).model(np.array([0.0, 2.0, 1.0, 10.0]))
 
 
-def test_gripper_motion_is_prescribed(run: static.XRun) -> None:
+def test_gripper_motion_is_prescribed(run: statics.XRun) -> None:
     problem = StripProblem(run.last.model, AlongX(3.0))
     assert problem.prescribed_values(2.5).tolist() == [2.5, 3.0, 0.0, 0.0]
     assert problem.prescribed_rates(2.5).tolist() == [1.0, 0.0, 0.0, 0.0]

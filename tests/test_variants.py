@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 
 from stripfold import elastica
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from studies import variants
 from studies.variants import Scene
 
