@@ -160,8 +160,7 @@ class TestRPathFriction:
         data = made_up.two_ways()
         assert indices_of(made_up.assessment(), drawn(whole, "critical")) == [20]
         for ax in (whole, near):
-            np.testing.assert_allclose(drawn(ax, "unstable")[0], states_of(data)[0])
-            assert named(ax, "unstable")[0].get_linestyle() == "--"
+            np.testing.assert_allclose(drawn(ax, "planned")[0], states_of(data)[0])
             np.testing.assert_allclose(drawn(ax, "touch"), [[[-4.0, 0.0]]])
         for name, colour, first in (("touching", palette.RED, 16), ("hanging", palette.BLUE, 0)):
             assert colours(near, f"{name}-fall") == {colour}
@@ -176,7 +175,6 @@ class TestRPathFriction:
         data = made_up.with_friction().sel(law="pull")
         # The plan at the times of what is drawn.
         assert len(named(fig.axes[2], "planned")) == len(named(fig.axes[2], "held")) + len(named(fig.axes[2], "static"))
-        assert "planned" in legend_texts(fig)
         held, free = (indices_of(data, drawn(fig.axes[2], name)) for name in ("held", "static"))
         assert colours(fig.axes[2], "held") == {palette.ORANGE}
         assert {20, 24} <= set(held) <= set(range(20, 25))
@@ -185,7 +183,7 @@ class TestRPathFriction:
         data["eigenvalue"] = abs(data["eigenvalue"])
         fig = rpath_friction.draw(made_up.assessment(), made_up.two_ways(), data, made_up.plans())
         assert not named(fig, "held")
-        assert "held by friction alone" not in legend_texts(fig)
+        assert "stable by friction alone" not in legend_texts(fig)
 
     def test_what_moves_is_in_view(self, fig):
         near = fig.axes[1]
@@ -206,7 +204,7 @@ class TestRPathFriction:
         assert "no unstable planned state" in notes(whole)[0]
         # k_f of 0.08 g/L* with steps of 0.1 L*.
         assert notes(held) == ["(b) with friction: pull,\n$k_f\\,\\Delta s$ = 0.008 $g$"]
-        for name in ("critical", "unstable", "touch", "touching-fall"):
+        for name in ("critical", "touch", "touching-fall"):
             assert not named(fig, name)
         assert "falls and touches" not in legend_texts(fig)
 
@@ -225,7 +223,7 @@ class TestRPathCurve:
         away = states_of(data)[20] - np.stack([100.0 * (s - made_up.LENGTH / 2.0), 0.0 * s], axis=1)
         rms = np.sqrt(np.trapezoid(np.sum(away**2, axis=1), s) / made_up.LENGTH)
         assert curve[-1, 0] == pytest.approx(rms)
-        np.testing.assert_allclose(labelled(top, "critical point"), [[rms, 0.5]])
+        np.testing.assert_allclose(labelled(top, "_critical-point"), [[rms, 0.5]])
 
     def test_mean_height_over_the_plan(self, fig):
         _, bottom = fig.axes
@@ -242,7 +240,6 @@ class TestRPathCurve:
     def test_colours(self, fig):
         expected = {
             rpath_curve.BEFORE: (palette.BLACK, "-"),
-            rpath_curve.BEHIND: (palette.RED, "--"),
             rpath_curve.AFTER: (palette.GREEN, "-"),
             rpath_curve.TOUCHES: (palette.RED, "-"),
             rpath_curve.HANGS: (palette.BLUE, "-"),
@@ -252,7 +249,7 @@ class TestRPathCurve:
         for ax in fig.axes:
             found = {line.get_label(): (line.get_color(), line.get_linestyle()) for line in ax.lines}
             assert {name: found[name] for name in expected} == expected
-        assert set(legend_texts(fig)) == {*expected, "critical point", rpath_curve.UNSTABLE}
+        assert set(legend_texts(fig)) == set(expected)
 
     def test_friction_is_the_pull(self, fig):
         np.testing.assert_allclose(labelled(fig.axes[1], rpath_curve.HELD)[-1, 0], -1e3 * 0.02 / 6.0 / 3.0, rtol=5e-3)
@@ -261,7 +258,7 @@ class TestRPathCurve:
         fig = rpath_curve.draw(
             made_up.assessment(critical=False), made_up.without_ways(), made_up.with_friction(), made_up.plans()
         )
-        assert set(legend_texts(fig)) == {rpath_curve.PLANNED, rpath_curve.HELD, rpath_curve.WHOLE}
+        assert set(legend_texts(fig)) == {rpath_curve.PLANNED, rpath_curve.HELD, rpath_curve.BEFORE}
 
 
 class TestTouchError:
