@@ -14,7 +14,7 @@ from stripfold.base.arrays import Array
 from stripfold.draw.colours import FRICTION, GREY, HANGING, LYING, SHADE, TOUCHING
 from stripfold.draw.style import CM, around, equal_panels, legend_above, styled
 
-LEVELS = (0.03, 0.1, 0.2, 0.3)
+LEVELS = (0.1, 0.2, 0.3)
 """Margins that are drawn, over the length of the strip."""
 CURVES: dict[str, tuple[str, dict[str, Any]]] = {
     "snap": ("snap", {"color": TOUCHING, "lw": 1.8}),
