@@ -25,8 +25,8 @@ def draw(data: xr.Dataset) -> Figure:
         one = data.sel(model=name)
         # Of the meshes up to the reference of the stored errors; that reference has an error of its own.
         count = 1 + int(one["error"].notnull().sum())
-        reference = one["lambda_c"][min(count + 1, one.sizes["parts"] - 1)]
-        size, error = (values.values[:count] for values in (one["size"], np.abs(one["lambda_c"] - reference)))
+        size, lambda_c = one["size"].values[:count], one["lambda_c"].values
+        error = np.abs(lambda_c[:count] - lambda_c[min(count + 1, len(lambda_c) - 1)])
         power = float(one["order"])
         top.plot(size, error, **LOOKS[name]._asdict(), label=name)
         line = error[-1] * (size / size[-1]) ** round(power)
