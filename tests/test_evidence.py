@@ -2,10 +2,9 @@
 
 import json
 
+import evidence
 import pytest
 import xarray as xr
-
-import evidence
 
 CALL = "studies.limit:run"
 PARAMS = {"height": 3.0}
@@ -128,8 +127,9 @@ def test_without_evidence():
 
 
 def test_every_study_has_code_and_parameters():
-    from configuration import load
     from studies import STUDIES, parameters
+
+    from configuration import load
 
     config = load(evidence.ROOT / "workflow/config/paper.yaml", evidence.ROOT)
     for name, study in STUDIES.items():

@@ -9,13 +9,13 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-import pytest
-import yaml
-
 import evidence
+import pytest
 import unlock
-from stripfold.base.errors import InvalidInputError
+import yaml
 from studies import kills
+
+from stripfold.base.errors import InvalidInputError
 
 ROOT = Path(__file__).parents[1]
 PROFILE = ROOT / "profiles" / "default"

@@ -30,8 +30,8 @@ POINTS = 5
 
 
 def run(
-    heights: Sequence[float] = (1.7, 2.0, 3.0, 5.0, 7.0),
-    distances: Sequence[float] = (1e-05, 3e-05, 0.0001, 0.0003, 0.001, 0.003, 0.0097, 0.03, 0.072, 0.15),
+    heights: Sequence[float] = (1.7, 3.0, 7.0),
+    distances: Sequence[float] = (1e-05, 0.0001, 0.001, 0.0097, 0.072),
     length_star: float = 20.0,
     thickness: float = 0.0594,
     refinement: float = 0.5,

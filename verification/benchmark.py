@@ -43,7 +43,7 @@ SOLID = (*STRIP, "--accuracy", "5e-3", "--json")
 ROD = (*STRIP, "--model", "rod", "--json")
 
 
-def run(repeats: int = 5) -> xr.Dataset:
+def run(repeats: int = 2) -> xr.Dataset:
     """One lambda_c of the solid, ``repeats`` times after one uncounted run."""
     walls, answers, peak = timed_process(command(*SOLID), repeats)
     found = [json.loads(answer) for answer in answers]
@@ -56,7 +56,7 @@ def run(repeats: int = 5) -> xr.Dataset:
     return dataset(values, {"command": "stripfold " + " ".join(SOLID)}, units=UNITS_BENCHMARK)
 
 
-def run_cli(repeats: int = 5) -> xr.Dataset:
+def run_cli(repeats: int = 2) -> xr.Dataset:
     """One ``stripfold critical --model rod``, ``repeats`` times after one uncounted run: mostly the start of Python."""
     walls, answers, peak = timed_process(command(*ROD), repeats)
     found = json.loads(answers[0])
@@ -69,7 +69,7 @@ def run_cli(repeats: int = 5) -> xr.Dataset:
     return dataset(values, {"command": "stripfold " + " ".join(ROD)}, units=UNITS_CLI_BENCHMARK)
 
 
-def run_fall(repeats: int = 5, scene: str = "workflow/config/collapse.yaml") -> xr.Dataset:
+def run_fall(repeats: int = 2, scene: str = "workflow/config/collapse.yaml") -> xr.Dataset:
     """One ``stripfold simulate`` of a scene file, ``repeats`` times after one uncounted run."""
     with tempfile.TemporaryDirectory() as folder:
         result = str(Path(folder) / "result.nc")
@@ -78,7 +78,7 @@ def run_fall(repeats: int = 5, scene: str = "workflow/config/collapse.yaml") -> 
     return dataset({"wall": ("repeat", walls), "memory": ((), peak)}, attrs, units=UNITS_FALL_BENCHMARK)
 
 
-def run_assess(repeats: int = 5, length: float = 0.5) -> xr.Dataset:
+def run_assess(repeats: int = 2, length: float = 0.5) -> xr.Dataset:
     """One ``stripfold assess`` of an R-path, ``repeats`` times after one uncounted run; its error from a finer mesh.
 
     ``length`` of the strip in m.
@@ -99,7 +99,7 @@ def run_assess(repeats: int = 5, length: float = 0.5) -> xr.Dataset:
     )
 
 
-def run_log(repeats: int = 5, length: float = 0.5) -> xr.Dataset:
+def run_log(repeats: int = 2, length: float = 0.5) -> xr.Dataset:
     """One ``stripfold assess`` of a robot's log of an R-path, without noise and with, smoothed: ``repeats`` of each.
 
     ``length`` of the strip in m.
@@ -130,7 +130,7 @@ def robot_log(length: float, noise: float) -> Array:
     return np.column_stack([LOG_SECONDS * share, places])
 
 
-def run_rod(repeats: int = 5, length: float = 0.5) -> xr.Dataset:
+def run_rod(repeats: int = 2, length: float = 0.5) -> xr.Dataset:
     """One lambda_c of the rod to 1e-3 and one R-path assessed on it, without and with its fall: ``repeats`` calls each.
 
     Errors from finer meshes, and from the solid.  ``length`` in m of the strip whose path is assessed.

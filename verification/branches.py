@@ -42,9 +42,9 @@ RIGHT, WRONG, FAILED = 0, 1, 2
 
 
 def run(
-    cases: int = 2000,
-    compared: int = 500,
-    seed: int = 20263911,
+    cases: int = 160,
+    compared: int = 20,
+    seed: int = 1,
     refinement: float = 1.0,
     eta_m: float = 0.001,
     threads: int = 1,

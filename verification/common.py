@@ -38,8 +38,9 @@ def dataset(
     values: Values, attrs: Mapping[str, Any] | None = None, units: Mapping[str, str] | None = None
 ) -> xr.Dataset:
     """A dataset of a study; ``units``: the names of the variables with a unit, by unit, separated by spaces."""
-    known = {name: Variable(unit, "") for unit, names in (units or {}).items() for name in names.split()}
-    return schema.dataset(values, attrs, table={name: known.get(name, Variable("1", "")) for name in values})
+    of = {name: unit for unit, names in (units or {}).items() for name in names.split()}
+    known = {name: Variable(of.get(name, "1"), name.replace("_", " ")) for name in values}
+    return schema.dataset(values, attrs, table=known)
 
 
 def table(

@@ -201,9 +201,9 @@ def _empty(method: str, case: tuple[str, int] | Path) -> tuple[float, float, flo
 
 def run(
     images: str | Path = "../shared/data",
-    cases: int = 500,
-    seed: int = 20263991,
-    scenes: int = 4,
+    cases: int = 60,
+    seed: int = 1,
+    scenes: int = 1,
     thicknesses: list[float] = (0.03, 0.05, 0.08, 0.12, 0.16),
     threads: int = 1,
     progress: Progress | None = None,

@@ -8,6 +8,7 @@ that the height of its own fold gives.  Source: docs/physics.md, section 11.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from math import cos, pi, sin, sqrt
@@ -147,7 +148,8 @@ def run(
     height: float = 3.0,
     length_star: float = 20.0,
     thickness: float = 0.003,
-    flattest: list[float] = (0.1, 0.3),
+    flattest: Sequence[float] = (0.1, 0.3),
+    most: int = 2,
     step: float = 0.2,
     refinement: float = 0.7,
     threads: int = 1,
@@ -156,12 +158,14 @@ def run(
     """lambda_c and the R-path of every fabric of ``table`` with a b_2, over ``fabric`` and ``direction``.
 
     ``height``, ``length_star``, ``thickness``: of gripper and strip, L*.  ``flattest``: least slopes of the law over
-    b_1; the R-path is that of the first.  ``step``: steps along the R-path, L*.  ``refinement``: factor on the element
+    b_1; the R-path is that of the first.  ``most``: fabrics, from the first.
+    ``step``: steps along the R-path, L*.  ``refinement``: factor on the element
     lengths.  nan where a branch could not be followed.
     """
     path = Path(table)
     known = tables.read_table("table", path, COLUMNS, (1, MAX_ROWS))
     known = replace(known, rows=[row for row in known.rows if row[1][6]])
+    known = replace(known, rows=known.rows[:most])
     rows = [row for _, row in known.rows]
     numbers = np.column_stack([known.numbers(slice(3, 4)), known.numbers(slice(6, 10))])
     fabrics = [

@@ -66,10 +66,10 @@ CHECKS: dict[str, dict[str, Any]] = {
 def run(
     length: float = 24.0,
     thickness: float = 0.01,
-    heights: Sequence[float] = (3.0, 2.0, 5.0, 7.0),
-    moments: Sequence[float] = (0.005, 0.02, 0.1, 0.3, 1.0),
+    heights: Sequence[float] = (3.0, 5.0),
+    moments: Sequence[float] = (0.005, 0.1, 0.3, 1.0),
     checked: float = 0.3,
-    folded: Sequence[float] = (0.1, 0.3),
+    folded: Sequence[float] = (0.3,),
     yield_curvature: float = 0.05,
     step: float = 0.4,
     threads: int = 1,

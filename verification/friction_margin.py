@@ -66,7 +66,7 @@ def smallest(length: float, uncertainty: float) -> dict[str, float]:
 
 
 def run(
-    lengths: Sequence[float] = (14.0, 20.0, 30.0),
+    lengths: Sequence[float] = (20.0,),
     uncertainties: Sequence[float] = (0.0, 0.2),
     threads: int = 1,
     progress: Progress | None = None,
@@ -74,21 +74,6 @@ def run(
     """The friction needed over ``length``, L*, and ``uncertainty``, relative, of eta_b; nan where none was found."""
     axes = {"length": lengths, "uncertainty": uncertainties}
     return dataset(grid(partial(smallest), ("suffices", "fails"), axes, threads, progress))
-
-
-def fabrics(d: xr.Dataset) -> Facts:
-    """L* of fabrics and their friction."""
-    lengths = 100.0 * d.gravity_length  # cm
-    return {
-        "count": d.sizes["fabric"],
-        "shortest": lengths.min(),
-        "length": lengths.median(),
-        "longest": lengths.max(),
-        "bent": d.sizes["bent"],
-        "median": d.friction.median(),
-        "least": d.friction.min(),
-        "most": d.friction.max(),
-    }
 
 
 def facts(d: xr.Dataset, fabrics: xr.Dataset) -> Facts:

@@ -97,7 +97,7 @@ def run(
     thickness: float = 0.0594,
     refinement: float = 1.0,
     distances: list[float] = (0.01, 0.04, 0.1),
-    bisections: int = 6,
+    bisections: int = 4,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Knocks at ``distances`` from lambda_c, some within the bistable range and some not.

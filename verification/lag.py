@@ -187,9 +187,9 @@ def run(
     thickness: float = 0.0594,
     height: float = 5.0,
     refinement: float = 0.25,
-    speeds: Sequence[float] = (0.0001, 0.0002, 0.0004, 0.001, 0.002, 0.004, 0.01),
+    speeds: Sequence[float] = (0.0004, 0.001, 0.002, 0.004, 0.01),
     air: float = 1.0,
-    damped_speeds: Sequence[float] = (1e-05, 2e-05, 5e-05, 0.0001, 0.0002, 0.0005, 0.001),
+    damped_speeds: Sequence[float] = (5e-05, 0.0001, 0.0002, 0.0005, 0.001),
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:

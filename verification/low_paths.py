@@ -70,13 +70,13 @@ def snap_energy(strip: StripModel, damping: Damping) -> float:
 
 
 def run(
-    cases: int = 220,
-    compared: int = 60,
-    seed: int = 20264111,
+    cases: int = 24,
+    compared: int = 4,
+    seed: int = 1,
     length_star: float = 14.0,
     thickness: float = 0.05,
     heights: Sequence[float] = (0.6, 1.2),
-    coefficients: Sequence[float] = (0.0, 0.3, 0.6),
+    coefficients: Sequence[float] = (0.0, 0.6),
     moment: float = 0.02,
     speed: float = 0.05,
     threads: int = 1,

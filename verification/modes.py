@@ -163,8 +163,8 @@ def run(
     length_star: float = 3.0,
     thickness: float = 0.02,
     elements: int = 24,
-    modes: int = 3,
-    periods: int = 5,
+    modes: int = 2,
+    periods: int = 3,
     steps: Sequence[int] = (25, 50, 100),
 ) -> xr.Dataset:
     """Frequencies of the clamped strip, without gravity and hanging.

@@ -156,7 +156,7 @@ def run(
     eta_b: float = 3780.0,
     accuracy: float = 0.001,
     path_length: float = 0.5,
-    repeats: int = 5,
+    repeats: int = 2,
 ) -> xr.Dataset:
     """Profile one lambda_c of the solid, one of the elastica, and one R-path assessed on the rod; over ``subject``.
 

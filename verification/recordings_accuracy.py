@@ -66,7 +66,7 @@ RHO_A = 0.2
 
 
 def run(
-    cases: int = 200, seed: int = 841701, dynamics: float = 0.25, threads: int = 1, progress: Progress | None = None
+    cases: int = 12, seed: int = 1, dynamics: float = 0.25, threads: int = 1, progress: Progress | None = None
 ) -> xr.Dataset:
     """Render and measure the first cases of a design, see :func:`.recordings_design.case`; a dataset over ``case``."""
     with tempfile.TemporaryDirectory() as folder:

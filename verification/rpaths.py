@@ -83,7 +83,7 @@ def needed(length: float, thickness: float, refinement: float, law: str, step: f
 def run_friction_steps(
     length: float = 20.0,
     thickness: float = 0.0594,
-    steps: Sequence[float] = (0.4, 0.2, 0.1),
+    steps: Sequence[float] = (0.4, 0.2),
     refinement: float = 1.0,
     threads: int = 1,
     progress: Progress | None = None,

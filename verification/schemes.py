@@ -167,9 +167,9 @@ def run(
     thickness: float = 0.0594,
     height: float = 5.0,
     refinement: float = 1.0,
-    oscillator_steps: Sequence[float] = (0.1, 0.05, 0.025, 0.0125),
+    oscillator_steps: Sequence[float] = (0.1, 0.05, 0.025),
     oscillator_until: float = 10.0,
-    swing_steps: Sequence[float] = (0.4, 0.2, 0.1, 0.05),
+    swing_steps: Sequence[float] = (0.4, 0.2, 0.1),
     swing_until: float = 12.0,
 ) -> xr.Dataset:
     """Order, drift and cost of every scheme.

@@ -40,9 +40,9 @@ def run(
     height: float = 3.0,
     length_star: float = 20.0,
     thickness: float = 0.003,
-    heights: list[float] = (2.0, 3.0, 5.0, 8.0, 12.0),
-    step: float = 0.1,
-    refinement: float = 0.25,
+    heights: list[float] = (2.0, 3.0, 8.0),
+    step: float = 0.2,
+    refinement: float = 0.5,
 ) -> xr.Dataset:
     """The end of the advance at each height, and the end of the R-path planned with the secant, for both laws.
 

@@ -30,7 +30,7 @@ _PIN = "import os\nos.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
 _MATERIAL = {"name": "eta3780", "eta_b": 3780.0, "eta_m": 1e-3}
 
 
-def run(frames: int = 240, repeats: int = 3) -> xr.Dataset:
+def run(frames: int = 150, repeats: int = 1) -> xr.Dataset:
     """Measure an h264 film of about four times ``frames`` frames ``repeats`` times, and every fourth of them once."""
     every = (4, 1)
     rate, memory = blank(len(every), repeats), blank(len(every))

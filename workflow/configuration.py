@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
-from verification import STUDIES
 
 from stripfold.ask.inputs import Accuracy, EtaB, EtaM, Gravity, Law, Length, Model, Nu, RhoA, Scene
 from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, Whole, quantity, read_yaml
+from verification import STUDIES
 
 Config = dict[str, Any]
 LengthStar = Annotated[Number, quantity("length of the strip", "L*", gt=0.0)]

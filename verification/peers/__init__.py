@@ -1,6 +1,6 @@
 """Other programs on the same strip: time against error for one equilibrium and, where they can, one critical point.
 
-Each runs in a process and an environment of its own (``workflow/peers``).  If one has no answer, the reason is stored.
+Each runs in a process and an environment of its own (in this folder).  If one has no answer, the reason is stored.
 Errors are against this package's converged solution of the model that the program solves: the solid, the rod or the
 elastica.  All in L*.
 """
@@ -79,7 +79,7 @@ PEERS: Mapping[str, dict[str, Any]] = {
     },
 }
 """The peers: the model that each solves, and per question its settings, coarse to fine, or why it cannot pose it."""
-FOLDER = Path(__file__).parents[1] / "peers"
+FOLDER = Path(__file__).parent
 """The programs' scripts and their environment."""
 LONGEST = 1800.0
 """Time that one peer may take in all, s."""

@@ -8,11 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
-from verification.calibration import EARLY, SCALED
 
 from plots.pieces import note
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, legend_above, styled
+from verification.calibration import EARLY, SCALED
 
 TARGET = 0.25
 """RMS error to be reached by the calibration, pixels."""

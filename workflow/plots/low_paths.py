@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from verification.low_paths import LIMITED, STABLE, compliance
 
 from plots.pieces import entry, note
 from stripfold import elastica
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, styled
+from verification.low_paths import LIMITED, STABLE, compliance
 
 FLAT = 1.0
 """Height up to which a bump is that of a beam, L*."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
-from verification.peers import QUESTIONS, TITLES, runs_of
 
 from plots import models
 from plots.pieces import Look, note
 from stripfold.draw.colours import BLACK, ORANGE, PINK, SKY
 from stripfold.draw.style import figure, legend_above, styled
+from verification.peers import QUESTIONS, TITLES, runs_of
 
 LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
 PANELS = {"equilibrium": "(a) equilibrium", "critical": "(b) critical point"}

@@ -7,12 +7,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from scipy import stats
-from verification.recordings_accuracy import MEASURED, error
 
 from stripfold.base.arrays import Mask
 from stripfold.draw.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.draw.style import MILLI, figure, styled
 from stripfold.film.measurement import WARNING, half_width
+from verification.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3
 """Errors below are drawn on a linear scale, larger ones on a logarithmic one, mm."""

@@ -23,10 +23,10 @@ SHARED = {"recordings_accuracy"}
 NEEDED = {
     "calibration": config["images"],
     "centrelines": config["images"],
-    "eta_pictures": config["images"],
     "explorer": which("chromium") or "chromium",
     "peers": "verification/peers/.venv",
 }
+PICTURED = {"calibration", "centrelines", "eta_pictures"}
 STUDY_FILES = {
     name: f"{RESULTS}/studies/{name}.nc"
     for name in STUDIES
@@ -55,6 +55,7 @@ for study_name, study_file in STUDY_FILES.items():
             **calls(
                 call_of(study_name),
                 title=title_of(study_name),
+                **({"images": config["images"]} if study_name in PICTURED else {}),
                 **config["studies"].get(study_name, {}),
             ),
         message:

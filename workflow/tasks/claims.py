@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
-from verification.common import markdown_table
-from verification.numbers import Entry
 
 from plots import FIGURES
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.validation import Input, Text, Whole, read_yaml, within
+from verification.common import markdown_table
+from verification.numbers import Entry
 
 FILE = Path(__file__).parents[1] / "claims.yaml"
 OPEN, NOT_TESTABLE = "open", "not testable here"

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from verification import CHAPTERS, call_of
-from verification.common import markdown_table
-from verification.numbers import Entry, evaluate, within
 
 from plots import FIGURES, SECTIONS, gallery_markdown
 from stripfold.files import store
 from tasks import claims
+from verification import CHAPTERS, call_of
+from verification.common import markdown_table
+from verification.numbers import Entry, evaluate, within
 
 Summary = Mapping[str, Entry]
 

@@ -21,9 +21,8 @@ def record(
     progress: Callable[[str], None],
 ) -> None:
     """Synthetic recordings of a material, as a folder each."""
-    from verification.recordings import scene_of
-
     from stripfold.synthetic.recording import history_of, write_recording
+    from verification.recordings import scene_of
 
     for of, folder in zip(recordings, output, strict=True):
         progress(f"{folder}: motion")
@@ -46,9 +45,8 @@ def measure(folders: Sequence[Path], output: Any, progress: Callable[[str], None
 
 def frames(folder: Path, measured: xr.Dataset) -> xr.Dataset:
     """The first frame of a synthetic recording, that at the onset of the snap, and the last."""
-    from verification.common import dataset
-
     from stripfold.film.video import read
+    from verification.common import dataset
 
     with read(folder / "video.mkv") as film:
         every = [(frame.time, frame.image.copy()) for frame in film]
