@@ -8,9 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from studies import accuracy, estimates, profiling
-from studies.accuracy import Strategy, scene_of
-from studies.models import thickness_effect
 
 from plots import models, work_precision
 from stripfold import elastica
@@ -29,6 +26,9 @@ from stripfold.files import store
 from stripfold.follow import static
 from stripfold.follow.static import End, StripModel
 from stripfold.solve.linear import Band
+from studies import accuracy, estimates, profiling
+from studies.accuracy import Strategy, scene_of
+from studies.models import thickness_effect
 
 LENGTH, THICKNESS, HEIGHT = 12.0, 0.0594, 3.0
 

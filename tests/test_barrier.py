@@ -6,13 +6,13 @@ from math import inf
 
 import numpy as np
 import pytest
-from studies import barrier, knocks
 
 from plots import barrier as figure
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.elastica._chebyshev import grid
+from studies import barrier, knocks
 
 STEP = 0.02
 THIRD = np.array([1.0, -8.0, 13.0, 0.0, -13.0, 8.0, -1.0]) / (8.0 * STEP**3)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from studies import textile_law
 
 from oracles import nonlinear_elastica
 from stripfold import elastica
@@ -16,6 +15,7 @@ from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature, spl
 from stripfold.strip.problem import AlongX
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
+from studies import textile_law
 
 KAPPA = np.linspace(0.0, 8.0, 401)[1:]
 ROD, SOLID = Rod.of(4.0, 0.05, elements=8), Solid.of(4.0, 0.05, elements=8)

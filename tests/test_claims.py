@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from studies.summary import claims
 
 from stripfold.base.errors import InvalidInputError
+from studies.summary import claims
 
 ROW = {"place": "IV", "claim": "It falls.", "test": "falls", "numbers": ["jump"], "verdict": "confirmed"}
 

@@ -14,7 +14,6 @@ import netCDF4
 import pytest
 import xarray as xr
 from PIL import Image
-from studies.commands import INPUTS
 
 import made_up
 from stripfold import cli
@@ -24,6 +23,7 @@ from stripfold.draw.readers import collapse
 from stripfold.files import store
 from stripfold.film.camera import read_camera
 from stripfold.film.pictures import MAX_SCANS, read_grey
+from studies.commands import INPUTS
 
 PATH = "t,x,z\n0,-0.25,0\n1,0,0.25\n2,0.25,0\n"
 STRIP = ["critical", "--length", "0.4", "--eta-b", "3780", "--height", "0.09", "--model", "elastica"]

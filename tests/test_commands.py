@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from studies import commands
-from studies.commands import Outcome
 
 from stripfold.cli import COMMANDS
+from studies import commands
+from studies.commands import Outcome
 
 
 def test_all_commands_are_called() -> None:

@@ -13,9 +13,14 @@ from typing import Any, get_args
 
 import pytest
 import yaml
+
+import configuration as config
 from config_models import Configuration
 from config_motion import FallWay
 from config_studies import Strategy, Studies
+from stripfold import elastica
+from stripfold.ask.inputs import Scene
+from stripfold.base.errors import InvalidInputError
 from studies import (
     accuracy,
     benchmark,
@@ -41,11 +46,6 @@ from studies import (
     sweeps,
     textile_law,
 )
-
-import configuration as config
-from stripfold import elastica
-from stripfold.ask.inputs import Scene
-from stripfold.base.errors import InvalidInputError
 from tasks.textile import largest_curvature
 
 ROOT = Path(__file__).parents[1]

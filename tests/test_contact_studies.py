@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
-from studies import branches, constants, low_paths, order
 
 import configuration
 from plots import low_paths as low_figure
@@ -18,6 +17,7 @@ from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.follow.static import StripModel
+from studies import branches, constants, low_paths, order
 
 
 def test_order_of_lambda_c_and_its_figure() -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from studies.common import dataset, variables
 
 import stripfold as sf
 from stripfold.ask import sweep
 from stripfold.base.errors import InvalidInputError
 from stripfold.files import store
+from studies.common import dataset, variables
 
 # An environment made before the checker was locked does not have it.
 pytest.importorskip("compliance_checker")

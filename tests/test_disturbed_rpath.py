@@ -6,11 +6,11 @@ from math import pi
 
 import numpy as np
 import pytest
-from studies import disturbed_rpath
-from studies.disturbed_rpath import Vibrating, _risen
 
 from plots import disturbed_rpath as figure
 from stripfold.paths.rpath import plan_r_path
+from studies import disturbed_rpath
+from studies.disturbed_rpath import Vibrating, _risen
 
 MOTION = {"yield_curvature": 0.05, "step": 0.2, "speed": 0.05, "air": 0.11, "stiffness": 0.05}
 

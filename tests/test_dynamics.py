@@ -7,9 +7,6 @@ from itertools import pairwise, takewhile
 
 import numpy as np
 import pytest
-from studies.integrators import Bathe, GeneralisedAlpha
-from studies.modes import HeldStrip
-from studies.schemes import Oscillator
 
 from oracles.moving import NONE, Pendulum, Small
 from stripfold.base.errors import NewtonError, TimeStepError
@@ -22,6 +19,9 @@ from stripfold.solve.drive import Drive, Moving, Nudge
 from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme, StepResult, StepStart
 from stripfold.strip.solid import Solid
+from studies.integrators import Bathe, GeneralisedAlpha
+from studies.modes import HeldStrip
+from studies.schemes import Oscillator
 
 CONSERVING = EnergyMomentum(0.0)
 STILL = Moving(0.0, 0.0)

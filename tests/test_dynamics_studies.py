@@ -10,13 +10,13 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ai_zeros
-from studies import lag, modes, schemes
-from studies.integrators import GeneralisedAlpha
 
 from stripfold.base.errors import SolveError
 from stripfold.follow.static import StripModel, XRun, solve_height
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import EnergyMomentum
+from studies import lag, modes, schemes
+from studies.integrators import GeneralisedAlpha
 
 
 def complete(data: xr.Dataset) -> None:

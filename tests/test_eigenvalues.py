@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from studies import eigenvalues
 
 from plots import eigenvalues as figure
+from studies import eigenvalues
 
 
 def test_the_eigenvalue_goes_to_zero_at_snap_and_tangency(monkeypatch: pytest.MonkeyPatch) -> None:

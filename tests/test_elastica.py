@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import jv
-from studies.hard_cases.arch import column_buckling_length
 
 from oracles.shooting import assert_equilibrium, shoot
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError, NewtonError, SolveError
 from stripfold.base.material import Material
 from stripfold.elastica import fold
+from studies.hard_cases.arch import column_buckling_length
 from tasks import textile
 
 HEIGHTS = (0.3, 1.0, 1.6, 3.0, 10.0, 30.0)

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import cv2
 import pytest
-from studies.commands import INPUTS
-from studies.eta_pictures import SCALE, drawn, looks
 
 from stripfold.cli import main
+from studies.commands import INPUTS
+from studies.eta_pictures import SCALE, drawn, looks
 
 STRIP = "--length 0.5 --eta-b 3780"
 BOARD = "--board chessboard --columns 8 --rows 5 --square 0.024"

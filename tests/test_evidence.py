@@ -2,9 +2,10 @@
 
 import json
 
-import evidence
 import pytest
 import xarray as xr
+
+import evidence
 
 CALL = "studies.limit:run"
 PARAMS = {"height": 3.0}
@@ -127,9 +128,8 @@ def test_without_evidence():
 
 
 def test_every_study_has_code_and_parameters():
-    from studies import STUDIES, parameters
-
     from configuration import load
+    from studies import STUDIES, parameters
 
     config = load(evidence.ROOT / "workflow/config/paper.yaml", evidence.ROOT)
     for name, study in STUDIES.items():

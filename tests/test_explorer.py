@@ -7,11 +7,11 @@ from shutil import which
 import numpy as np
 import pytest
 import xarray as xr
-from studies import explorer as study
 
 from conftest import ROOT
 from stripfold import elastica
 from stripfold.paths.rpath import Part, PlannedState
+from studies import explorer as study
 from tasks import explorer as page
 from tasks.explorer_states import NODES, contact_states, free_states, lifted_states, nodes_and_integral
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from studies import fabric_laws, friction_margin
-from studies.fabric_laws import Fabric, fold_height
 
 from stripfold import elastica
+from studies import fabric_laws, friction_margin
+from studies.fabric_laws import Fabric, fold_height
 
 LINEAR = Fabric(slope=1e-5, curve=-1e-13, mean=1e-5, weight=2.0, flattest=0.1)
 SOFTENING = LINEAR._replace(curve=-1.2e-8)

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from studies import fabrics
 
 from plots import fabrics as figure
 from plotted import lines
 from stripfold.base.errors import InvalidInputError
+from studies import fabrics
 
 DATA = Path(__file__).parents[1] / "data"
 TABLE, TEXTILE = DATA / "fabrics.csv", DATA / "textile_moment_curvature.csv"

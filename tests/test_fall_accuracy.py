@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from studies import fall_accuracy
 
 from plots import fall_precision
 from stripfold.files import store
+from studies import fall_accuracy
 
 ROD = {"model": "rod", "refinement": 2.0}
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from studies import falls
 
 from stripfold.follow.collapse import to_critical_point
 from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState, simulate_fall
 from stripfold.follow.static import StripModel
 from stripfold.solve.schemes import Damping
+from studies import falls
 
 BASE = {
     "length": 10.0,

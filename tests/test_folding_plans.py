@@ -5,10 +5,10 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
-from studies import folding_plans as study
 
 from stripfold import paths
 from stripfold.base.errors import NoPathError, SolveError
+from studies import folding_plans as study
 
 SEED = 5
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies.motion_with_friction import TOUCH, Case, limit
 
 from stripfold import elastica
 from stripfold.ask import friction_boundary as module
@@ -18,6 +17,7 @@ from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.files import store
 from stripfold.paths.curve import GripperPath, pieces_through
+from studies.motion_with_friction import TOUCH, Case, limit
 
 LENGTH = 9.0
 COMMAND = ["map", "--length", "0.24", "--eta-b", "3780", "--rho-a", "0.2"]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from studies import friction_delay
-from studies.motion_with_friction import SNAP, TOUCH, Case, limit
 
 import made_up
 from plots import friction_delay as figure
 from plotted import lines
 from stripfold import elastica
+from studies import friction_delay
+from studies.motion_with_friction import SNAP, TOUCH, Case, limit
 
 FINE = Case(length=16.0, thickness=0.01, yield_curvature=0.0125, step=0.1)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from studies import friction_touch
-from studies.friction_touch import FELL, FIRST_HEIGHT, LAID, first_touch
-from studies.motion_with_friction import Case
 
 from plots import friction_touch as figure
 from plotted import lines
 from stripfold.paths import geometric
+from studies import friction_touch
+from studies.friction_touch import FELL, FIRST_HEIGHT, LAID, first_touch
+from studies.motion_with_friction import Case
 
 MOTION = {"yield_curvature": 0.05, "step": 0.2, "speed": 0.05, "air": 0.11, "stiffness": 0.05}
 CASE = Case(12.0, 0.01, stiffest=5.0, **MOTION)

@@ -9,13 +9,13 @@ import sys
 import time
 
 import pytest
-from studies import fuzz
-from studies.fuzz import Case, Ending, Followed
 
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import COMMANDS
 from stripfold.film import recording
 from stripfold.film.recording import ManualOnset
+from studies import fuzz
+from studies.fuzz import Case, Ending, Followed
 
 ERROR = "stripfold: error: length = 3 cannot be used\n"
 USAGE = "usage: stripfold eta [-h]\n  more\nstripfold eta: error: argument --length\n"

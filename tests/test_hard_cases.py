@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from studies.hard_cases import run as hard_cases
-from studies.hard_cases.case import Case, Finding, judge, refined
 
 from stripfold.ask import critical_point
 from stripfold.ask.inputs import Scene
@@ -20,6 +18,8 @@ from stripfold.base.errors import CrushedError, InvalidInputError, NewtonError, 
 from stripfold.base.material import Material
 from stripfold.files import store
 from stripfold.strip.moving_contact import MovingContact
+from studies.hard_cases import run as hard_cases
+from studies.hard_cases.case import Case, Finding, judge, refined
 
 ROOT = Path(__file__).parents[1]
 COARSE = 1.0

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from studies import kills
-from studies.common import dataset
 
 from stripfold.files import store
+from studies import kills
+from studies.common import dataset
 
 PRINTED = """Building DAG of jobs...
 Job 3: x_axis: Critical points.

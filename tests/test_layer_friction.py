@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from studies import layer_friction as study
 
 from plots import layer_friction as figure
 from stripfold.ask.simulation import Simulation
@@ -23,6 +22,7 @@ from stripfold.strip.model import Model
 from stripfold.strip.problem import AlongX, Opened, StripProblem
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
+from studies import layer_friction as study
 
 LENGTH, THICKNESS, MU = 10.0, 0.1, 0.4
 MEMBRANE = 12.0 / THICKNESS**2

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from studies import effects
 
 from stripfold.ask.model_error import model_error
 from stripfold.ask.simulation import Effects, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow import needed_effects
+from studies import effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
 

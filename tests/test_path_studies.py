@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from studies import random_paths, rpaths
 
 from stripfold.base.errors import SolveError
 from stripfold.follow import assess
 from stripfold.follow.contact_branch import Planned
 from stripfold.follow.static import StripModel
 from stripfold.paths import geometric, rpath
+from studies import random_paths, rpaths
 from tasks import friction
 
 

@@ -10,14 +10,14 @@ from types import ModuleType
 import numpy as np
 import pytest
 import xarray as xr
-from studies import peers, peers_ours
-from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
-from studies.summary import facts_paths
 
 from plots import peers as plot
 from stripfold import elastica
 from stripfold.files import store
 from stripfold.follow.static import StripModel
+from studies import peers, peers_ours
+from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
+from studies.summary import facts_paths
 
 FOLDER = Path(__file__).parents[1] / "workflow" / "peers"
 SCENE = {"length": 12.0, "thickness": 0.05, "height": 3.0, "lam": 8.0, "repeats": 1}

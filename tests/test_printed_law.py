@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from studies import printed_law as study
 
 from plots import printed_law
 from plotted import lines
 from stripfold.strip.laws import LAWS
+from studies import printed_law as study
 
 
 def test_stress_and_stiffness():

@@ -14,10 +14,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
-from second_generator import recording as chain
-from studies import recordings, recordings_accuracy, recordings_common
-from studies import recordings_design as design
 
+from second_generator import recording as chain
 from stripfold import elastica
 from stripfold.ask import critical_point
 from stripfold.ask.critical_point import CriticalResult
@@ -29,6 +27,8 @@ from stripfold.synthetic import dynamics
 from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.synthetic.view import View
+from studies import recordings, recordings_accuracy, recordings_common
+from studies import recordings_design as design
 from tasks import recordings as tasks_recordings
 
 MATERIAL = {"name": "a", "eta_b": 3780.0, "eta_m": 1e-3}

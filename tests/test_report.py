@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from studies.summary import run
 
 import plots
+from studies.summary import run
 
 ROOT = Path(__file__).parents[1]
 OTHERS = {

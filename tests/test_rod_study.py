@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from studies import models as rod
 
 from plots import rod as figure
 from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.files import store
 from stripfold.follow.static import StripModel
+from studies import models as rod
 
 LENGTH, HEIGHT, THICKNESS = 12.0, 3.0, 0.06
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from second_generator import chain
 from second_generator.camera import Camera
 from second_generator.recording import CAMERAS, Design
+from stripfold import elastica
 from studies import recordings_accuracy
 from studies import recordings_chain as chained
-
-from stripfold import elastica
 
 
 def test_the_chain_snaps_where_the_elastica_does():

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
-from studies import second_gripper
 
 import stripfold as sf
 from stripfold.ask.second_gripper import before_snap, hold, stable_advance
@@ -18,6 +17,7 @@ from stripfold.cli import main
 from stripfold.files import store
 from stripfold.follow.static import End, StripModel, XRun
 from stripfold.strip.problem import AlongX, TwoGrippers
+from studies import second_gripper
 
 ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]
 

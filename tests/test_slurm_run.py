@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from studies import slurm_run
-from studies.common import dataset
 
 from stripfold.files import store
+from studies import slurm_run
+from studies.common import dataset
 
 ROOT = Path(__file__).parents[1]
 

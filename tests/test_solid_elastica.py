@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
-from studies.hard_cases.arch import column_buckling_length
 
 from oracles.held_solid import clamped
 from stripfold import elastica
@@ -18,6 +17,7 @@ from stripfold.follow import static
 from stripfold.solve import newton
 from stripfold.strip.problem import AlongX, StripProblem
 from stripfold.strip.solid import Solid
+from studies.hard_cases.arch import column_buckling_length
 
 
 def check_orders(thickness: tuple[float, ...], errors: np.ndarray, order: float, slack: float) -> None:

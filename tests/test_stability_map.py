@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
-from studies import stability_map as study
 
 import stripfold as sf
 from plots import stability_map as figure
@@ -23,6 +22,7 @@ from stripfold.follow.path_statics import follow
 from stripfold.follow.static import StripModel, solve_height
 from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.paths.low_path import low
+from studies import stability_map as study
 
 LENGTH = 12.0
 STRIP_AT = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]

@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 import yaml
 from scipy.interpolate import CubicSpline
-from studies import branches
 
 from stripfold import elastica
 from stripfold.ask.critical_point import find
@@ -22,6 +21,7 @@ from stripfold.follow.contact_events import clearance
 from stripfold.follow.static import End, StripModel
 from stripfold.solve import newton
 from stripfold.strip.problem import AlongX, StripProblem
+from studies import branches
 from tasks import x_axis as xaxis
 from tasks.branch_checks import check_branch
 from tasks.diagnostics import record

@@ -7,9 +7,9 @@ from time import sleep
 import cv2
 import numpy as np
 import pytest
-from studies import common
 
 from stripfold.base.errors import StripfoldError
+from studies import common
 
 
 def test_a_dataset_has_the_units_of_its_study() -> None:

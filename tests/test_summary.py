@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy import stats
-from studies import physics_tables
-from studies.accuracy import presets
-from studies.schemes import CONSERVING, DEFAULT
-from studies.summary.run import evaluate, fill_table, markdown, markers, quoted, summarise
-from studies.summary.table import SOURCES
 
 import stripfold.base.material
 from plots import gallery_markdown
 from stripfold.cli import COMMANDS
 from stripfold.files import store
+from studies import physics_tables
+from studies.accuracy import presets
+from studies.schemes import CONSERVING, DEFAULT
+from studies.summary.run import evaluate, fill_table, markdown, markers, quoted, summarise
+from studies.summary.table import SOURCES
 from tasks import numbers
 
 ROOT = Path(__file__).parents[1]

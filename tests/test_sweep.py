@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from studies import sweeps
 
 from stripfold.ask import critical_point, sweep
 from stripfold.ask.inputs import Scene
@@ -22,6 +21,7 @@ from stripfold.ask.results import CriticalPoint
 from stripfold.base.errors import InvalidInputError, SolveError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store
+from studies import sweeps
 
 STRIP = {"length": 0.6, "eta_b": 3780.0, "height": 0.09, "model": "elastica"}
 ROD = STRIP | {"model": "rod"}

@@ -9,13 +9,13 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-import evidence
 import pytest
-import unlock
 import yaml
-from studies import kills
 
+import evidence
+import unlock
 from stripfold.base.errors import InvalidInputError
+from studies import kills
 
 ROOT = Path(__file__).parents[1]
 PROFILE = ROOT / "profiles" / "default"

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
-from studies import variants
-from studies.variants import Scene
 
 from stripfold import elastica
 from stripfold.follow.static import StripModel
+from studies import variants
+from studies.variants import Scene
 
 Z = 3.0
 

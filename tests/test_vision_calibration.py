@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
-from studies import calibration as study
 
 import boards_seen as seen
 from plots import calibration as plot
@@ -21,6 +20,7 @@ from stripfold.film.boards import Board, Refinement, detect
 from stripfold.film.camera import read_camera
 from stripfold.film.intrinsics import View
 from stripfold.film.pictures import read_calibration_picture
+from studies import calibration as study
 
 TURN, SHIFT = np.array([0.25, -0.3, 0.1]), np.array([-0.12, -0.07, 0.42])
 BOARDS = pytest.mark.parametrize("board", [seen.CHESS, seen.CHARUCO], ids=["chessboard", "charuco"])

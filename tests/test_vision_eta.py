@@ -13,7 +13,6 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy.integrate import solve_bvp
-from studies import centrelines, eta_pictures
 
 import drawn_strips as drawn
 import stripfold as sf
@@ -24,6 +23,7 @@ from stripfold.files import store
 from stripfold.film import cantilever, eta, eta_figure
 from stripfold.film.pictures import read_grey
 from stripfold.film.residuals import correlation_length
+from studies import centrelines, eta_pictures
 
 FLAT = eta_pictures.FLAT
 SCALE = 3e-4

@@ -17,7 +17,6 @@ import cv2
 import numpy as np
 import pytest
 import xarray as xr
-from studies.recordings_common import event_of
 
 from stripfold import cli, elastica
 from stripfold.base.arrays import Array, Mask
@@ -34,6 +33,7 @@ from stripfold.film.recording import Entries, ManualOnset, Recording
 from stripfold.film.tracking import Tracks, track
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
+from studies.recordings_common import event_of
 
 Made = tuple[Recording, Calibration, Tracks]
 
