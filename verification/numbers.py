@@ -123,3 +123,9 @@ def seed_of(d: xr.Dataset) -> str:
 def share(chosen: np.ndarray) -> float:
     """Share of True; nan of nothing, which meets no criterion."""
     return float(np.mean(chosen)) if np.size(chosen) else float("nan")
+
+
+def covers(share: float, cases: int, low: float, high: float) -> bool:
+    """Whether a share of cases is between two bounds; of fewer than 200, within two binomial standard deviations."""
+    room = 0.0 if cases >= 200 else 2.0 * np.sqrt(max(low * (1.0 - low), high * (1.0 - high)) / max(cases, 1))
+    return bool(low - room <= share <= high + room)

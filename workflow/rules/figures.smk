@@ -41,6 +41,14 @@ STUDY_FIGURES = {
     "friction_touch": ["friction_touch", "fabrics"],
     "work_precision": ["accuracy"],
 }
+
+
+def drawn_by(figure):
+    """The module that draws a figure: its own, or its study."""
+    own = Path(f"workflow/plots/{figure}.py").is_file()
+    return f"plots.{figure}" if own else f"verification.{STUDY_FIGURES[figure][0]}"
+
+
 FILES = STUDY_FILES | {"friction": rules.friction_table.output[0]}
 SOURCES["study_figures"] |= {
     figure: [FILES[name] for name in names]
@@ -90,7 +98,7 @@ for rule_name, figures in SOURCES.items():
             **calls("tasks.figures:figures"),
             drawings=[
                 {
-                    "module": f"plots.{name}",
+                    "module": drawn_by(name),
                     # A rule's output refers to the rule, which no other process can be given.
                     "files": [str(file) for file in files],
                     "options": {"material": SHOWN} if name == "paths" else {},
