@@ -33,7 +33,7 @@ def run(angles: Array | None = None) -> xr.Dataset:
             f"stress_{name}": ("angle", stress(law, angle)),
             f"stiffness_{name}": ("angle", stiffness(law, angle)),
         }
-    return dataset("printed_law", values, {"stretch": STRETCH, "nu": 0.0})
+    return dataset(values, {"stretch": STRETCH, "nu": 0.0}, {"degree": "angle"})
 
 
 def rotation(angle: Array) -> Array:

@@ -21,6 +21,11 @@ from stripfold.film.measurement import WARNING
 from stripfold.synthetic.scene import Scene
 from verification.common import dataset
 
+UNITS = {
+    "m": "gripper_height lambda_event lambda_high lambda_low lambda_model lambda_zero track",
+    "m s-1": "speed",
+    "m-4 s2": "eta_b",
+}
 SIZE = (480, 360)
 FIELD = 8.0
 """Least width of the picture in the folding plane, L*."""
@@ -107,7 +112,7 @@ def table(
     values: dict[str, tuple[Any, Any]] = {name: ("recording", column) for name, column in columns.items()}
     tracks = np.array([_track(data) for data in measured]).reshape(-1, SAMPLES, 2)
     values |= {"track": (("recording", "sample", "axis"), tracks), "axis": ("axis", ["lambda", "z"])}
-    return dataset("recordings", values | {"recording": ("recording", list(names))})
+    return dataset(values | {"recording": ("recording", list(names))}, units=UNITS)
 
 
 def _track(data: xr.Dataset) -> Array:

@@ -57,4 +57,4 @@ def frames(folder: Path, measured: xr.Dataset) -> xr.Dataset:
         "frame": (("instant", "row", "column"), np.array([every[i][1] for i in chosen])),
         "instant": ("instant", times[chosen] - event),
     }
-    return dataset("recordings", values, {"recording": str(measured.attrs["recording"])})
+    return dataset(values, {"recording": str(measured.attrs["recording"])}, {"s": "instant"})
