@@ -12,7 +12,7 @@ from pathlib import Path
 
 CHAPTERS = {
     "Statics": (
-        "paper limit order low_paths barrier second_gripper stability_map knocks variants eigenvalues explorer branches"
+        "paper models order low_paths barrier second_gripper stability_map knocks variants eigenvalues explorer branches"
     ),
     "Folding paths and friction": (
         "schemes modes lag falls tangency friction_steps friction_delay friction_touch disturbed_rpath fabrics "
@@ -22,15 +22,13 @@ CHAPTERS = {
         "calibration centrelines strip_looks camera_bump markerless eta_pictures recordings_accuracy video_benchmark"
     ),
     "Accuracy and speed": (
-        "benchmark rod rod_benchmark cli_benchmark accuracy fall_accuracy estimates hard_cases effects profiling "
+        "benchmark rod_benchmark cli_benchmark accuracy fall_accuracy estimates hard_cases effects profiling "
         "sweeps folding_plans fall_benchmark assess_benchmark robot_log_benchmark peers"
     ),
 }
 """The studies by chapter of the page of numbers, separated by spaces."""
 STUDIES = tuple(name for names in CHAPTERS.values() for name in names.split())
 ONE_OF_SEVERAL = {
-    "limit": "models:run_limit",
-    "rod": "models:run_rod",
     "tangency": "rpaths:run_tangency",
     "friction_steps": "rpaths:run_friction_steps",
     "cli_benchmark": "benchmark:run_cli",

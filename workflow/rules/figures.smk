@@ -31,12 +31,13 @@ STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers recordings_accuracy rod "
+            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers recordings_accuracy "
             "stability_map textile_law"
         ).split()
     },
     "fabrics": ["fabrics", "friction_margin"],
     "fall_precision": ["fall_accuracy"],
+    "rod": ["models"],
     "friction_delay": ["friction_delay", "fabrics", "friction"],
     "friction_touch": ["friction_touch", "fabrics"],
     "work_precision": ["accuracy"],
