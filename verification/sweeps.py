@@ -100,8 +100,8 @@ NUMBERS = {
     facts: (
         Number("sweep_rate", "rod", "1/s", ">= 50 on the rod, >= 500 on the elastica",
             "critical points of the rod over the time of the whole command, {rod_scenes} strips on {d.attrs[cores]} "
-            "cores; of the elastica {elastica:.0f}, {scenes} strips; {none} have no result, and lambda of {checked} found "
-            "alone is within {apart:.0e} L*", lambda f: f.elastica >= 500.0 and f.none == 0 and f.apart < 1e-9),
+            "cores; of the elastica {elastica:.0f}, {scenes} strips; {none} have no result, and lambda of {checked} "
+            "found alone is within {apart:.0e} L*", lambda f: f.elastica >= 500.0 and f.none == 0 and f.apart < 1e-9),
         Number("sweep_cost", "cost", "s", "< 0.04 s on the rod, < 0.004 s on the elastica",
             "processor time per strip of the rod's sweep, the start of all processes included; of the elastica's "
             "{elastica_cost:.1e} s; a million strips: {million:.2g} h and {elastica_million:.2g} h",
