@@ -21,10 +21,10 @@ from stripfold.follow.static import StripModel
 from stripfold.paths.rpath import plan_r_path
 from tasks.assess_data import off_the_boundary
 from tasks.friction import LAWS, smallest
-from verification.common import Progress, dataset, grid
+from verification.common import NO_RESULT, Progress, dataset, grid
 from verification.numbers import Facts, Number
 
-UNITS_TANGENCY = {"degree": "angle"}
+UNITS = {"degree": "angle"}
 
 
 def planned(length: float) -> dict[str, float]:
@@ -55,47 +55,42 @@ def critical(refinement: float, length: float, thickness: float) -> dict[str, fl
     return {"x": x, "z": z, "angle": first.angle, "boundary_error": off, "bifurcation": first.kind == BIFURCATION}
 
 
-def run_tangency(
-    lengths: Sequence[float] = (13.0, 15.0, 20.0, 30.0, 40.0),
-    thicknesses: Sequence[float] = (0.0594, 0.015),
-    refinement: float = 0.5,
-    threads: int = 1,
-    progress: Progress | None = None,
-) -> xr.Dataset:
-    """Critical points on R-paths, over ``length`` and ``thickness``."""
-    names = ("x", "z", "angle", "boundary_error", "bifurcation")
-    axes = {"length": lengths, "thickness": thicknesses}
-    values = grid(partial(critical, refinement), names, axes, threads, progress)
-    plans = [planned(length) for length in lengths]
-    return dataset(
-        values | {name: ("length", [plan[name] for plan in plans]) for name in plans[0]}, units=UNITS_TANGENCY
-    )
-
-
 def needed(length: float, thickness: float, refinement: float, law: str, step: float) -> dict[str, float]:
     """The smallest sufficient friction of the rod (a third of the cost); raises SolveError where none suffices."""
     plan = plan_r_path(length)
     mesh = StripModel(length, thickness, kind="rod").contact_mesh(refinement, memory=True)
     fails, found = smallest(mesh, plan, law, step)
-    return {"fails": fails, "suffices": found.strength, "touch_error": found.touch_x - plan.first_touch}
+    return {"fails": fails, "suffices": found.strength}
 
 
-def run_friction_steps(
+def run(
+    lengths: Sequence[float] = (13.0, 15.0, 20.0, 30.0, 40.0),
+    thicknesses: Sequence[float] = (0.0594, 0.015),
+    refinement: float = 0.5,
     length: float = 20.0,
     thickness: float = 0.0594,
     steps: Sequence[float] = (0.4, 0.2),
-    refinement: float = 1.0,
+    step_refinement: float = 1.0,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """The smallest sufficient friction, over ``law`` and ``step``: the paper's pull depends on the step."""
-    case = partial(needed, length, thickness, refinement)
-    names = ("fails", "suffices", "touch_error")
-    values = grid(case, names, {"law": LAWS, "step": steps}, threads, progress)
-    return dataset(values, {"length": length, "thickness": thickness})
+    """Critical points on R-paths over ``lengths`` and ``thicknesses``, and the least friction of a strip over ``steps``.
+
+    ``refinement``: at 1.0 the critical points of the thinnest strips are off by 1e-3 L*.
+    """
+    names = ("x", "z", "angle", "boundary_error", "bifurcation")
+    axes = {"length": lengths, "thickness": thicknesses}
+    values = grid(partial(critical, refinement), names, axes, threads, progress)
+    plans = [planned(length) for length in lengths]
+    values |= {name: ("length", [plan[name] for plan in plans]) for name in plans[0]}
+    # The paper's pull depends on the step.
+    case = partial(needed, length, thickness, step_refinement)
+    found = grid(case, ("fails", "suffices"), {"law": LAWS, "step": steps}, threads, progress)
+    found["friction_no_result"] = found.pop(NO_RESULT)
+    return dataset(values | found, units=UNITS)
 
 
-def facts_tangency(d: xr.Dataset) -> Facts:
+def facts(d: xr.Dataset) -> Facts:
     error, thin, thick = np.abs(d.boundary_error), d.thickness.values.argmin(), d.thickness.values.argmax()
     return {
         "error": error.max(),
@@ -110,24 +105,7 @@ def facts_tangency(d: xr.Dataset) -> Facts:
     }
 
 
-# fmt: off
-NUMBERS_TANGENCY = {
-    facts_tangency: (
-        Number("tangency_error_max", "error", "L*", "< 1e-3 L* for at least five lengths, none missing",
-            "largest distance of the solid's critical point on the R-path from its lambda_c(z), {lengths} L*, "
-            "{d.sizes[thickness]} thicknesses, {missing} missing; on the elastica {elastica:.0e} L*",
-            lambda f: f.missing == 0 and f.d.sizes["length"] >= 5),
-        Number("tangency_angle", "angle", "degree", "less than on the thickest strip",
-            "largest angle between R-path and stability boundary at h = {thinnest:g} L*; at h = {thickest:g} L* "
-            "{angle_thick:.1f} degrees", lambda f: f.angle < f.angle_thick),
-        Number("rpath_plan_error", "plan", "1", "< 1e-8",
-            "largest error of the first integral in the planned states of the R-paths"),
-    ),
-}
-# fmt: on
-
-
-def facts_friction_steps(d: xr.Dataset) -> Facts:
+def friction_steps(d: xr.Dataset) -> Facts:
     pull, moment = (d.suffices.sel(law=law) for law in ("pull", "hysteresis"))
     product = (pull * d.step).values
     return {
@@ -140,8 +118,19 @@ def facts_friction_steps(d: xr.Dataset) -> Facts:
 
 
 # fmt: off
-NUMBERS_FRICTION_STEPS = {
-    facts_friction_steps: (
+NUMBERS = {
+    facts: (
+        Number("tangency_error_max", "error", "L*", "< 1e-3 L*, none missing",
+            "largest distance of the solid's critical point on the R-path from its lambda_c(z), {lengths} L*, "
+            "{d.sizes[thickness]} thicknesses, {missing} missing; on the elastica {elastica:.0e} L*",
+            lambda f: f.missing == 0),
+        Number("tangency_angle", "angle", "degree", "less than on the thickest strip",
+            "largest angle between R-path and stability boundary at h = {thinnest:g} L*; at h = {thickest:g} L* "
+            "{angle_thick:.1f} degrees", lambda f: f.angle < f.angle_thick),
+        Number("rpath_plan_error", "plan", "1", "< 1e-8",
+            "largest error of the first integral in the planned states of the R-paths"),
+    ),
+    friction_steps: (
         Number("friction_step_k_f", "k_f", "1", "k_f times the step within a factor 1.2",
             "smallest sufficient k_f, largest over smallest for steps of {steps} L*; k_f times the step is "
             "{products} g", lambda f: f.spread < 1.2),

@@ -13,7 +13,7 @@ sys.executable = shlex.quote(sys.executable)
 from configuration import load, recording_folders
 from digest import digest
 from plots import SECTIONS
-from verification import STUDIES, call_of, file_of, title_of
+from verification import STUDIES, file_of, title_of
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
 config.update(load(dict(config)))

@@ -2,17 +2,12 @@
 
 TIMED = {
     "accuracy",
-    "assess_benchmark",
     "benchmark",
-    "cli_benchmark",
     "fall_accuracy",
-    "fall_benchmark",
     "folding_plans",
     "order",
     "peers",
     "profiling",
-    "robot_log_benchmark",
-    "rod_benchmark",
     "stability_map",
     "sweeps",
     "video_benchmark",
@@ -53,7 +48,7 @@ for study_name, study_file in STUDY_FILES.items():
             runtime=120,
         params:
             **calls(
-                call_of(study_name),
+                f"verification.{study_name}:run",
                 title=title_of(study_name),
                 **({"images": config["images"]} if study_name in PICTURED else {}),
                 **config["studies"].get(study_name, {}),

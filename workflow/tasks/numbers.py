@@ -18,7 +18,7 @@ import xarray as xr
 from plots import FIGURES, SECTIONS, gallery_markdown
 from stripfold.files import store
 from tasks import claims
-from verification import CHAPTERS, call_of
+from verification import CHAPTERS
 from verification.common import markdown_table
 from verification.numbers import Entry, evaluate, within
 
@@ -61,8 +61,7 @@ def evaluated(data: Mapping[str, xr.Dataset]) -> dict[str, Entry]:
     out: dict[str, Entry] = {}
     for chapter, names in CHAPTERS.items():
         for name in names.split():
-            module = import_module(call_of(name).partition(":")[0])
-            numbers = getattr(module, f"NUMBERS_{name.upper()}", None) or getattr(module, "NUMBERS", {})
+            numbers = getattr(import_module(f"verification.{name}"), "NUMBERS", {})
             out |= {key: entry | {"chapter": chapter} for key, entry in evaluate(numbers, data, name).items()}
     return out
 
