@@ -74,9 +74,8 @@ def run(repeats: int = 2, length: float = 0.5, scene: str = "workflow/config/col
     seconds["rod"], point = timed(partial(critical_point.find, Scene(**rod)), repeats)
     values["rod_error"] = point.error / point.lambda_c
     seconds["rod_static"], _ = timed(partial(assess_path, material, length, path, model="rod"), repeats)
-    seconds["rod_assess"], verdict = timed(
-        partial(assess_path, material, length, path, fall=True, model="rod"), repeats
-    )
+    with_fall = partial(assess_path, material, length, path, fall=True)
+    seconds["rod_assess"], verdict = timed(partial(with_fall, model="rod"), repeats)
     values["rod_apart"] = _apart(verdict.critical[0], verdict.touch_x, with_fall()) / length
     listed = {name: ("repeat", found) for name, found in seconds.items()}
     return dataset(listed | {name: ((), value) for name, value in values.items()}, units=UNITS)

@@ -74,7 +74,7 @@ def run(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Critical points on R-paths over ``lengths`` and ``thicknesses``, and the least friction of a strip over ``steps``.
+    """Critical points on R-paths over ``lengths`` and ``thicknesses``; the least friction of a strip over ``steps``.
 
     ``refinement``: at 1.0 the critical points of the thinnest strips are off by 1e-3 L*.
     """
