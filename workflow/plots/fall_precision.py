@@ -27,7 +27,7 @@ def draw(data: xr.Dataset) -> Figure:
     The size of a marker is that of the elements; filled: the default time step, upper half: longer steps, lower half:
     shorter ones.  Dotted: uncertainty of the reference, at which smaller errors are drawn.
 
-    ``data`` is from :func:`studies.fall_accuracy.run`.
+    ``data`` is from :func:`verification.fall_accuracy.run`.
     """
     count = data.sizes["gripper_height"]
     fig = figure(0.6 + 1.9 * count)

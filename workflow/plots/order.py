@@ -17,7 +17,7 @@ from stripfold.draw.style import figure, styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the error over the element length, beside plain powers, (b) the time over the number of elements.
 
-    ``data`` is from :func:`studies.order.run`.
+    ``data`` is from :func:`verification.order.run`.
     """
     fig = figure(4.8)
     top, bottom = fig.subplots(2, 1)

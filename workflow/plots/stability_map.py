@@ -29,7 +29,7 @@ THERE = {
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the map with the paths, (b) the margin along the paths, (c) three margins over the distance along x.
 
-    ``data`` is from :func:`studies.stability_map.run`.
+    ``data`` is from :func:`verification.stability_map.run`.
     """
     fig = figure(6.5)
     plane, along, there = fig.subplots(3, 1, height_ratios=(1.75, 1.0, 1.0))

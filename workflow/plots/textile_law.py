@@ -19,7 +19,7 @@ NAMES = {"measured": "measured law", "secant": "secant"}
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) moment over curvature, with the largest curvature of each critical state, (b) lambda_c over the height.
 
-    ``data`` is from :func:`studies.textile_law.run`.
+    ``data`` is from :func:`verification.textile_law.run`.
     """
     fig = figure(4.6)
     top, bottom = fig.subplots(2, 1)

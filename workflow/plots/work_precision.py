@@ -21,7 +21,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     Open markers: elements of order one, or two elements across the thickness.  Dotted: uncertainty of the reference.
 
-    ``data`` is from :func:`studies.accuracy.run`.
+    ``data`` is from :func:`verification.accuracy.run`.
     """
     count = data.sizes["gripper_height"]
     rows = count // 2 + 1
