@@ -10,15 +10,15 @@ from stripfold.ask.gripper_map import gripper_map
 from stripfold.ask.inputs import Strip
 from stripfold.base.arrays import Array
 from stripfold.draw import page
-from stripfold.draw.colours import BLACK, BLUE, FRICTION, GREEN, GREY, GRIPPER, TOUCHING
+from stripfold.draw.colours import BLACK, GREY, GRIPPER, PINK, SKY, TOUCHING
 from stripfold.draw.save import as_svg
 from stripfold.draw.stability_map import LEVELS, draw_map
-from stripfold.draw.style import CM, MILLI, around, equal_panels, figure, legend_above, styled
+from stripfold.draw.style import CM, around, equal_panels, figure, legend_above, styled
 from stripfold.elastica.boundary import snap_boundary
 from stripfold.follow.contact import touches
 
-COLOURS = (GREEN, BLACK, TOUCHING)
-"""Of the least, the given and the largest eta_b."""
+STYLES = ((SKY, "--"), (BLACK, "-"), (PINK, ":"))
+"""Colours and kinds of line of the least, the given and the largest eta_b."""
 
 
 def html(plan: FoldingPlan) -> str:
@@ -74,12 +74,14 @@ def draw_places(plan: FoldingPlan, strip: Strip) -> Figure:
     unit = CM * strip.gravity_length
     found = gripper_map(strip.length / strip.gravity_length)
     curves = {name: unit * curve for name, curve in found.curves.items()}
-    fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.7)
+    path = CM * plan.waypoints[:, 1:3]
+    shown = [curve for name, curve in curves.items() if name != "lifted_landed"]
+    fig, (ax,) = equal_panels([around(np.vstack([*shown, path]))], above=0.56)
     advance, z = found.grid
     levels = [share * unit * found.length for share in LEVELS]
     margin = unit * found.margin(*np.meshgrid(advance, z))
     draw_map(ax, curves, unit * (advance - found.length / 2.0), unit * z, margin, levels, "cm")
-    ax.plot(*(CM * plan.waypoints[:, 1:3]).T, color=GRIPPER, lw=1.6, label="gripper", zorder=5)
+    ax.plot(*path.T, color=GRIPPER, lw=1.6, label="gripper", zorder=5)
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
     return fig
 
@@ -88,17 +90,17 @@ def draw_places(plan: FoldingPlan, strip: Strip) -> Figure:
 def draw_along(plan: FoldingPlan, distances: Array) -> Figure:
     """Distance from the snap boundaries, height and rotation of the gripper over time."""
     t, _, z, angle = plan.waypoints.T
-    fig = figure(5.2, 6.0)
+    fig = figure(4.2)
     margin, height, rotation = fig.subplots(3, 1, sharex=True)
-    for strip, distance, colour in zip(plan.asked.strips, distances, COLOURS, strict=True):
-        margin.plot(t, MILLI * distance, color=colour, label=f"{strip.eta_b:.4g}")
+    for strip, distance, (colour, line) in zip(plan.asked.strips, distances, STYLES, strict=True):
+        margin.plot(t, CM * distance, line, color=colour, label=f"{strip.eta_b:.4g}")
     if plan.choice.sufficient_moment is None:
-        margin.axhline(MILLI * plan.asked.margin, color=GREY, lw=0.8, ls="--", label="asked")
-    margin.axhline(0.0, color=FRICTION, lw=0.8)
-    margin.set_ylabel("from the snap [mm]")
+        margin.axhline(CM * plan.asked.margin, color=GREY, lw=0.8, ls="--", label="asked")
+    margin.axhline(0.0, color=TOUCHING, lw=0.8)
+    margin.set_ylabel("from the snap [cm]")
     margin.legend(title=r"$\eta_b$ [m$^{-4}$ s$^2$]", fontsize=7, title_fontsize=7)
-    height.plot(t, MILLI * z, color=GRIPPER)
-    height.set_ylabel("$z$ [mm]")
-    rotation.plot(t, angle, color=BLUE)
+    height.plot(t, CM * z, color=GRIPPER)
+    height.set_ylabel("$z$ [cm]")
+    rotation.plot(t, angle, color=GRIPPER)
     rotation.set(ylabel="angle [degree]", xlabel="time [s]")
     return fig

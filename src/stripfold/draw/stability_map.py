@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from stripfold.base.arrays import Array
 from stripfold.draw.colours import FRICTION, GREY, HANGING, LYING, SHADE, TOUCHING
 from stripfold.draw.style import CM, around, equal_panels, legend_above, styled
 
-LEVELS = (0.03, 0.1, 0.2, 0.3)
+LEVELS = (0.1, 0.2, 0.3)
 """Margins that are drawn, over the length of the strip."""
 CURVES: dict[str, tuple[str, dict[str, Any]]] = {
     "snap": ("snap", {"color": TOUCHING, "lw": 1.8}),
@@ -41,11 +42,10 @@ def draw(data: xr.Dataset) -> Figure:
 def _draw_friction(ax: Axes, data: xr.Dataset) -> None:
     """The ends of the advance with friction, and for which history they are."""
     x, z, snaps = CM * data["friction_x"].values, CM * data["friction_z"].values, data["friction_snap"].values == 1
-    ax.plot(x, z, color=FRICTION, lw=1.2, zorder=4)
-    for which, label, face in ((snaps, "snap", FRICTION), (~snaps, "sag touches", "white")):
-        ax.plot(x[which], z[which], "o", color=FRICTION, mfc=face, ms=3.0, zorder=4, label=f"with friction, {label}")
-    text = f"friction {data.attrs['friction_moment']:.3g} N:\n" + data.attrs["friction_history"].replace(", ", ",\n")
-    ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=5)
+    ax.plot(x, z, "-o", color=FRICTION, lw=1.2, ms=3.0, zorder=4, label="with friction (open: sag touches)")
+    ax.plot(x[~snaps], z[~snaps], "o", color=FRICTION, mfc="white", ms=3.0, zorder=4)
+    text = f"friction {data.attrs['friction_moment']:.3g} N: {data.attrs['friction_history']}"
+    ax.text(0.6, 0.07, fill(text, 30), transform=ax.transAxes, ha="center", fontsize=6.5)
 
 
 def draw_map(
