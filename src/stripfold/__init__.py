@@ -84,7 +84,9 @@ _FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        return _version()
+        from stripfold.base.version import version
+
+        return version()
     if name in ("paths", "sweep"):
         return import_module("stripfold.paths" if name == "paths" else "stripfold.ask.sweep")
     for module, names in _MODULES.items():
@@ -94,16 +96,6 @@ def __getattr__(name: str) -> object:
             return found
     former = f": {_FORMER[name]}" if name in _FORMER else ""
     raise AttributeError(f"module 'stripfold' has no attribute {name!r}{former}")
-
-
-def _version() -> str:
-    """Of the installed package: that of its tag."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("stripfold")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def __dir__() -> list[str]:

@@ -13,10 +13,10 @@ from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-import stripfold
 from stripfold import cli_commands as commands
 from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
 from stripfold.base.errors import InvalidInputError, StripfoldError
+from stripfold.base.version import version
 from stripfold.cli_messages import Say, in_si, messages, printable, verbosity_options, write
 
 if TYPE_CHECKING:
@@ -242,7 +242,7 @@ class _Version(argparse.Action):
     """Looked up only where it is asked for."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        print(f"{parser.prog} {stripfold.__version__}")
+        print(f"{parser.prog} {version()}")
         parser.exit()
 
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-import stripfold
 from stripfold.ask.inputs import FoldingPlan as Asked
 from stripfold.ask.path_choice import Choice, choose
 from stripfold.base.arrays import Array
+from stripfold.base.version import running_commit, version
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.paths import FoldPath
@@ -166,8 +166,8 @@ class FoldingPlan(Result):
         names = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump")
         t, x, z, angle = self.waypoints.T.tolist()
         return {
-            "stripfold_version": stripfold.__version__,
-            "git_commit": store.running_commit(),
+            "stripfold_version": version(),
+            "git_commit": running_commit(),
             "inputs": self.config(),
             "path": self.path.name,
             "reason": self.choice.reason,

@@ -29,7 +29,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from pydantic import Field, create_model
 
-import stripfold
 from stripfold import elastica
 from stripfold.ask import critical_point
 from stripfold.ask.inputs import Scene
@@ -39,6 +38,7 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.base.percent import Percent
 from stripfold.base.validation import Input, Number, Whole, quantity, within
+from stripfold.base.version import running_commit, version
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress
 from stripfold.follow.static import End
@@ -248,7 +248,7 @@ def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
     """
     folder = _folder(file)
     # Parts of another version are of another sweep: one file has one origin.
-    origin = [grid.config(), CHUNK, CHUNKS, stripfold.__version__, store.running_commit()]
+    origin = [grid.config(), CHUNK, CHUNKS, version(), running_commit()]
     digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
     parts = {folder / f"{digest}-{number:05d}.nc": chunk for number, chunk in enumerate(grid.chunks)}
     if any(part not in parts for part in folder.glob("*.nc") if re.fullmatch(r"[0-9a-f]{16}-\d{5}", part.stem)):
