@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import NewtonError, SolveError, TimeStepError
 from stripfold.follow import collapse, release, rest
 from stripfold.follow.collapse import Collapse

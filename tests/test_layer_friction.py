@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plots import layer_friction as figure
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.elastica import folded_loop, half_fold_lying_length
 from stripfold.follow.path_in_time import PathInTime, follow_in_time, opened

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from stripfold.ask.inputs import Effects, Simulation
 from stripfold.ask.model_error import model_error
-from stripfold.ask.simulation import Effects, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow import needed_effects
 from studies import effects

@@ -35,7 +35,7 @@ from config_quantities import (
     Tolerance,
 )
 from stripfold.ask.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
-from stripfold.ask.simulation import Release
+from stripfold.ask.inputs import Release
 from stripfold.base.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 Parts = Annotated[Whole, quantity("parts of each element", ge=1)]

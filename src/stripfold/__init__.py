@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from stripfold import paths
     from stripfold.ask import sweep
     from stripfold.ask.folding_plan import FoldingPlan
+    from stripfold.ask.inputs import Release
     from stripfold.ask.path_assessment import PathAssessment
     from stripfold.ask.results import CriticalPoint, StripCollapse
-    from stripfold.ask.simulation import Release
     from stripfold.ask.stability_map import StabilityMap
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
@@ -75,7 +75,7 @@ _MODULES = {
     "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
     "ask.path_assessment": ("PathAssessment",),
     "ask.results": ("CriticalPoint", "StripCollapse"),
-    "ask.simulation": ("Release",),
+    "ask.inputs": ("Release",),
     "ask.stability_map": ("StabilityMap",),
     "ask.strip": ("Strip",),
 }

@@ -195,7 +195,7 @@ def sweep(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.ask.simulation import Simulation
+    from stripfold.ask.inputs import Simulation
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
@@ -210,7 +210,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 
 
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.ask.simulation import Simulation
+    from stripfold.ask.inputs import Simulation
 
     given, scene = _given(arguments, Simulation), arguments.scene
     if scene is None and not given:

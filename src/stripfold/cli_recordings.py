@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.extras import require
 from stripfold.cli_commands import (
     _draw,
     _given,
@@ -25,7 +26,7 @@ from stripfold.files.json_output import as_json, document
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.ask.inputs import EtaRequest
+    from stripfold.film.request import EtaRequest
 
     source = parser.add_mutually_exclusive_group(required=True)
     _option(source, EtaRequest, "fold_height")
@@ -39,7 +40,7 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
 
 
 def eta(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.ask.inputs import EtaRequest
+    from stripfold.film.request import EtaRequest
 
     asked = EtaRequest(**_given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
@@ -105,6 +106,7 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
 
 
 def calibrate(arguments: argparse.Namespace, say: Say) -> str:
+    require("vision")
     from stripfold.base.errors import CalibrationError
     from stripfold.film import camera_check
     from stripfold.film.boards import Board
@@ -131,6 +133,7 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 
 
 def measure(arguments: argparse.Namespace, say: Say) -> str:
+    require("vision")
     from stripfold.files import store
     from stripfold.film.measured import RecordingMeasurement
     from stripfold.film.recording import inside

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from stripfold.ask.results import StripCollapse
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.cli import main
 from stripfold.film.threads import one_thread
 from studies.common import Progress, dataset, pooled

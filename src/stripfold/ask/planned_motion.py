@@ -11,8 +11,7 @@ from math import sqrt
 
 import numpy as np
 
-from stripfold.ask.inputs import FoldingPlan, Strip
-from stripfold.ask.simulation import Release
+from stripfold.ask.inputs import FoldingPlan, Release, Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.elastica import folded_loop

@@ -11,9 +11,8 @@ import numpy as np
 
 from stripfold.ask import critical_point
 from stripfold.ask.critical_point import CriticalResult
-from stripfold.ask.inputs import Scene
+from stripfold.ask.inputs import Scene, Simulation
 from stripfold.ask.second_gripper import SecondAlongX, second_gripper
-from stripfold.ask.simulation import Simulation
 from stripfold.ask.uncertain_eta_b import EtaBRange, over_eta_b
 from stripfold.base.arguments import checked, file_name
 from stripfold.files import schema

@@ -17,10 +17,9 @@ from stripfold.base.material import GRAVITY
 
 if TYPE_CHECKING:
     from stripfold.ask.folding_plan import FoldingPlan
-    from stripfold.ask.inputs import Law, Model, MovingModel
+    from stripfold.ask.inputs import Law, Model, MovingModel, Release
     from stripfold.ask.path_assessment import PathAssessment
     from stripfold.ask.results import CriticalPoint, StripCollapse
-    from stripfold.ask.simulation import Release
     from stripfold.ask.stability_map import StabilityMap
     from stripfold.paths import FoldPath
 
@@ -172,7 +171,7 @@ class Strip:
         SolveError, TimeStepError
             A part could not be computed.
         """
-        from stripfold.ask.simulation import Release, Simulation
+        from stripfold.ask.inputs import Release, Simulation
         from stripfold.base.validation import within
 
         given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from stripfold.ask import select_model
+from stripfold.ask.inputs import Release
 from stripfold.ask.mesh_comparison import Events, MeshComparison, another_mesh, compared
-from stripfold.ask.simulation import Release
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
 from stripfold.base.percent import Percent
