@@ -11,8 +11,7 @@ import xarray as xr
 
 from plots import models, work_precision
 from stripfold import elastica
-from stripfold.ask import critical_point as critical
-from stripfold.ask import select_model
+from stripfold.ask import critical, select_model
 from stripfold.ask.inputs import Scene
 from stripfold.ask.model_error import ROD, exact, model_error, one_across, solid_error
 from stripfold.ask.prediction import (
@@ -215,7 +214,7 @@ class TestEstimates:
         assert estimates.case(2, 20181380)["error"] == float(found["error"][2])
 
     def test_a_failure_has_no_number(self, monkeypatch: pytest.MonkeyPatch):
-        def fails(*_: object, **__: object) -> critical.CriticalResult:
+        def fails(*_: object, **__: object) -> critical.CriticalPoint:
             raise critical.SolveError("planted")
 
         monkeypatch.setattr(estimates.critical_point, "find", fails)

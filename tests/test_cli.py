@@ -16,8 +16,8 @@ import pytest
 
 import stripfold
 from stripfold import elastica, kernels
-from stripfold.ask import critical_point as critical
-from stripfold.ask.critical_point import CriticalResult
+from stripfold.ask import critical
+from stripfold.ask.critical import CriticalPoint
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
@@ -54,7 +54,9 @@ def fake(monkeypatch):
         progress("following the branch")
         snap = scene.height_star > 1.6
         found = (0.295, -0.005, 0.2949, 0.2951, 1e-4, nan, nan) if snap else (nan,) * 4 + (1e-4, 0.25, -0.08)
-        return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0, 0.0, np.empty((0, 2)))
+        return CriticalPoint(
+            0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0, 0.0, np.empty((0, 2)), None, None, scene
+        )
 
     monkeypatch.setattr(critical, "find", find)
     return asked
@@ -240,7 +242,7 @@ def test_a_strip_of_which_less_lies_than_it_is_thick_is_a_rod(capsys):
     found = json.loads(run(capsys, "critical", *strip, "--json")[1])
     assert found["snap"]
     assert found["model"] == "rod"
-    assert "by the rod" in found["reason"]
+    assert "computed with the rod" in found["reason"]
     assert found["lambda_c"] == pytest.approx(elastica.critical(height).advance * unit, rel=2e-3)
 
 

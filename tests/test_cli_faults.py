@@ -50,11 +50,11 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, s
 def test_output_that_cannot_be_written_is_refused_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], plot: str, part: str
 ) -> None:
-    from stripfold.ask import critical_point
+    from stripfold.ask import critical
 
     monkeypatch.chdir(tmp_path)
     Path("folder.png").mkdir()
-    monkeypatch.setattr(critical_point, "find", lambda *_: pytest.fail("computed in vain"))
+    monkeypatch.setattr(critical, "find", lambda *_: pytest.fail("computed in vain"))
     code, said = refused(capsys, *STRIP, "--plot", plot)
     assert (code, os.listdir()) == (2, ["folder.png"])
     assert part in said

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.ask import critical_point
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
 from stripfold.ask.prediction import ElasticaPrediction
 from stripfold.base.arrays import Array
@@ -115,7 +115,7 @@ def test_no_strip_costs_far_more_than_the_median(monkeypatch: pytest.MonkeyPatch
         length = unit * (prediction.last.length + extra)
         costs.append(0)
         scene = Scene(length=length, height=unit * height, eta_b=eta_b, eta_m=eta_m, model="solid")
-        critical_point.find(scene, prediction=prediction)
+        critical.find(scene, prediction=prediction)
     assert max(costs) < 0.5 * 18.0 * np.median(costs)
 
 

@@ -17,8 +17,8 @@ from scipy.interpolate import CubicSpline
 
 from second_generator import recording as chain
 from stripfold import elastica
-from stripfold.ask import critical_point
-from stripfold.ask.critical_point import CriticalResult
+from stripfold.ask import critical
+from stripfold.ask.critical import CriticalPoint
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.film import eta_motion
@@ -122,12 +122,12 @@ def measured(eta_b: float, height: float, speed: float, event: float, snapped: b
 def model(monkeypatch: pytest.MonkeyPatch) -> None:
     """lambda_c of the model is three times the height."""
 
-    def find(scene: Any) -> CriticalResult:
-        result = object.__new__(CriticalResult)
+    def find(scene: Any) -> CriticalPoint:
+        result = object.__new__(CriticalPoint)
         object.__setattr__(result, "lambda_c", 3.0 * scene.height)
         return result
 
-    monkeypatch.setattr(critical_point, "find", find)
+    monkeypatch.setattr(critical, "find", find)
 
 
 def test_table(model: None):

@@ -11,7 +11,7 @@ import yaml
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
-from stripfold.ask.critical_point import find
+from stripfold.ask.critical import find
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
 from stripfold.base.material import Material

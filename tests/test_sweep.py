@@ -15,9 +15,9 @@ import pytest
 import xarray as xr
 import yaml
 
-from stripfold.ask import critical_point, sweep
+from stripfold.ask import critical, sweep
+from stripfold.ask.critical import CriticalPoint
 from stripfold.ask.inputs import Scene
-from stripfold.ask.results import CriticalPoint
 from stripfold.base.errors import InvalidInputError, SolveError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store
@@ -120,7 +120,7 @@ def test_a_failed_case_is_no_data(monkeypatch):
     def fails(*_, **__):
         raise SolveError("no state", advice="none")
 
-    monkeypatch.setattr(critical_point, "find", fails)
+    monkeypatch.setattr(critical, "find", fails)
     found = sweep._of(ROD)
     assert found.pop("reason") == "no state (none)"
     assert np.isnan(list(found.values())).all()

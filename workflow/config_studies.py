@@ -34,8 +34,7 @@ from config_quantities import (
     Thickness,
     Tolerance,
 )
-from stripfold.ask.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
-from stripfold.ask.inputs import Release
+from stripfold.ask.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length, Release
 from stripfold.base.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 Parts = Annotated[Whole, quantity("parts of each element", ge=1)]

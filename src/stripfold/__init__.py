@@ -36,10 +36,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stripfold import paths
     from stripfold.ask import sweep
+    from stripfold.ask.collapse import StripCollapse
+    from stripfold.ask.critical import CriticalPoint
     from stripfold.ask.folding_plan import FoldingPlan
     from stripfold.ask.inputs import Release
     from stripfold.ask.path_assessment import PathAssessment
-    from stripfold.ask.results import CriticalPoint, StripCollapse
     from stripfold.ask.stability_map import StabilityMap
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
@@ -74,7 +75,8 @@ _MODULES = {
     "ask.folding_plan": ("FoldingPlan",),
     "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
     "ask.path_assessment": ("PathAssessment",),
-    "ask.results": ("CriticalPoint", "StripCollapse"),
+    "ask.collapse": ("StripCollapse",),
+    "ask.critical": ("CriticalPoint",),
     "ask.inputs": ("Release",),
     "ask.stability_map": ("StabilityMap",),
     "ask.strip": ("Strip",),

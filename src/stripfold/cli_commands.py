@@ -163,9 +163,9 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
     scene = Scene(**_given(arguments, Scene))
     scene.require_long_enough()
     target = _plot_file(arguments)
-    from stripfold.ask.results import CriticalPoint
+    from stripfold.ask.critical import find
 
-    found = CriticalPoint.of(scene, say)
+    found = find(scene, say)
     _draw(found, target)
     return _said(found, arguments)
 
@@ -223,7 +223,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
     path, target = _output(arguments, "output", ".nc", scene or "collapse"), _plot_file(arguments)
-    from stripfold.ask.results import StripCollapse
+    from stripfold.ask.collapse import StripCollapse
     from stripfold.files import store
     from stripfold.follow import collapse
 

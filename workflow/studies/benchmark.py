@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.ask import critical_point
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
 from stripfold.ask.verdict import assess_path
 from stripfold.base.arrays import Array
@@ -123,8 +123,8 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     material = Material(ETA_B)
     strip: dict[str, Any] = {"length": 0.6, "height": 0.09, "eta_b": ETA_B, "model": "rod"}
     path = path_of("r-path", length / material.gravity_length)
-    seconds, found = timed(partial(critical_point.find, Scene(**strip)), repeats)
-    truth = critical_point.find(Scene(**strip, accuracy=1e-4)).lambda_c
+    seconds, found = timed(partial(critical.find, Scene(**strip)), repeats)
+    truth = critical.find(Scene(**strip, accuracy=1e-4)).lambda_c
     seconds_static, _ = timed(partial(assess_path, material, length, path, model="rod"), repeats)
     seconds_assess, verdict = timed(partial(assess_path, material, length, path, fall=True, model="rod"), repeats)
     apart = _apart(verdict.critical[0], verdict.touch_x, assess_path(material, length, path, fall=True))

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from stripfold.ask.results import StripCollapse
+from stripfold.ask.collapse import StripCollapse
 from stripfold.ask.inputs import Simulation
 from stripfold.cli import main
 from stripfold.film.threads import one_thread
@@ -54,7 +54,7 @@ _STOPS = (
     "stripfold.draw.save:save_as",
     "stripfold.film.intrinsics:find_views",
     "stripfold.film.robot_grid:read_calibration_picture",
-    "stripfold.ask.critical_point:solve_height",
+    "stripfold.ask.critical:solve_height",
     "stripfold.cli_doctor:_findings",
 )
 # A recording's table is read after a picture of a board.

@@ -1,6 +1,6 @@
 """The strip, from which all that is computed starts; all numbers in SI.
 
-Results come from :mod:`.results` and :mod:`.path_assessment`; nothing heavy is imported before something is computed.
+Each question has its module in this folder; nothing heavy is imported before something is computed.
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
 
 if TYPE_CHECKING:
+    from stripfold.ask.collapse import StripCollapse
+    from stripfold.ask.critical import CriticalPoint
     from stripfold.ask.folding_plan import FoldingPlan
-    from stripfold.ask.inputs import Law, Model, MovingModel, Release
+    from stripfold.ask.inputs import Law, Model, Release
     from stripfold.ask.path_assessment import PathAssessment
-    from stripfold.ask.results import CriticalPoint, StripCollapse
     from stripfold.ask.stability_map import StabilityMap
+    from stripfold.base.quantities import MovingModel
     from stripfold.paths import FoldPath
 
 Progress = Callable[[str], None]
@@ -132,9 +134,9 @@ class Strip:
             second_gripper=second_gripper,
         )
         scene.require_long_enough()
-        from stripfold.ask.results import CriticalPoint
+        from stripfold.ask.critical import find
 
-        return CriticalPoint.of(scene, progress)
+        return find(scene, progress)
 
     @checked
     def collapse(
@@ -179,7 +181,7 @@ class Strip:
             given |= Release.of({} if release is None else release).model_dump()
         given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
         simulation = Simulation.of(given)
-        from stripfold.ask.results import StripCollapse
+        from stripfold.ask.collapse import StripCollapse
 
         return StripCollapse.of(simulation, progress)
 

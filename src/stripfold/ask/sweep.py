@@ -30,7 +30,7 @@ import numpy as np
 from pydantic import Field, create_model
 
 from stripfold import elastica
-from stripfold.ask import critical_point
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
 from stripfold.ask.model_error import solid_error
 from stripfold.ask.prediction import ElasticaPrediction
@@ -406,7 +406,7 @@ def _of(case: Mapping[str, Any]) -> dict[str, Any]:
             return _of_elastica(scene)
         prediction = _predicted(scene.height_star)
         scene.require_long_enough(prediction.last.length)
-        found = critical_point.find(scene, prediction=prediction)
+        found = critical.find(scene, prediction=prediction)
     except StripfoldError as error:
         return dict.fromkeys(NUMBERS, nan) | {"reason": " ".join(str(error).split())}
     return {name: getattr(found, name) for name in (*NUMBERS, "reason")}
@@ -420,7 +420,7 @@ def _of_elastica(scene: Scene) -> dict[str, Any]:
     return {
         "lambda_c": lam if end.snap else nan,
         "lambda_touch": nan if end.snap else lam,
-        "error": unit * critical_point.ELASTICA_ERROR,
+        "error": unit * critical.ELASTICA_ERROR,
         "model_error": lam * scene.distance_from_solid("elastica"),
         "solid_error": lam * solid_error(scene.material.relative_thickness, scene.nu, scene.height_star),
         "free_length": unit * end.length,
