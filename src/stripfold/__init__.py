@@ -36,12 +36,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stripfold import paths
     from stripfold.ask import sweep
+    from stripfold.ask.assess import PathAssessment
     from stripfold.ask.collapse import StripCollapse
     from stripfold.ask.critical import CriticalPoint
-    from stripfold.ask.folding_plan import FoldingPlan
     from stripfold.ask.inputs import Release
-    from stripfold.ask.path_assessment import PathAssessment
-    from stripfold.ask.stability_map import StabilityMap
+    from stripfold.ask.map import StabilityMap
+    from stripfold.ask.plan import FoldingPlan
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
     from stripfold.film.measured import EtaB, RecordingMeasurement, eta_b, measure
@@ -72,13 +72,13 @@ __all__ = [
 
 _MODULES = {
     "base.errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
-    "ask.folding_plan": ("FoldingPlan",),
+    "ask.plan": ("FoldingPlan",),
     "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
-    "ask.path_assessment": ("PathAssessment",),
+    "ask.assess": ("PathAssessment",),
     "ask.collapse": ("StripCollapse",),
     "ask.critical": ("CriticalPoint",),
     "ask.inputs": ("Release",),
-    "ask.stability_map": ("StabilityMap",),
+    "ask.map": ("StabilityMap",),
     "ask.strip": ("Strip",),
 }
 _FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k_f in s^-2"}

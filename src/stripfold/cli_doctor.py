@@ -31,10 +31,6 @@ class Finding(NamedTuple):
     needed: bool = True
 
 
-def options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
 def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     """The findings, and 2 as the exit code where something is wrong that every command needs."""
     found = []

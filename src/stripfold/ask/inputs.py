@@ -227,7 +227,7 @@ class Scene(AtHeight):
         return self
 
 
-class PathAssessment(Strip):
+class PathInputs(Strip):
     """A strip to be moved along a path, its model, its falls and its friction."""
 
     model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
@@ -266,13 +266,13 @@ class PathAssessment(Strip):
         return self
 
 
-class StabilityMap(Strip):
+class MapInputs(Strip):
     """A strip whose gripper's places are mapped, and its friction."""
 
     friction_moment: FrictionMoment = None
 
 
-class FoldingPlan(Strip):
+class PlanInputs(Strip):
     """A strip to be folded, how well it is known, and what the robot may do."""
 
     eta_b_uncertainty: Annotated[Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=0.5)] = 0.2
