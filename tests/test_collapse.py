@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,14 +11,13 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.ask.inputs import Simulation
-from stripfold.base.errors import NewtonError, SolveError, TimeStepError
-from stripfold.follow import collapse, release, rest
+from stripfold.base.errors import SolveError
+from stripfold.follow import collapse, release
 from stripfold.follow.collapse import Collapse
 from stripfold.follow.contact import columns_on_floor, touch_position, touches
 from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState
 from stripfold.follow.static import StripModel
-from stripfold.solve import continuation, dynamics
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.problem import Opened, StripProblem
 from stripfold.strip.rod import Rod
@@ -115,38 +111,6 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
 
 
-def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No instant is stepped to twice, as a second step may fail in a thin strip: what is handed out is a chain."""
-    states = found.motion.states
-    touch = found.motion.touch
-    at = next(i for i in range(touch, 0, -1) if states[touch].t - states[i].t > 0.01)
-    problem = found.motion.problem
-    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-    touch_event = TimeEvent(lambda state: touches(problem.model, state), release.TOUCH_TOLERANCE)
-    step, reached = dynamics.step, []
-
-    def once(problem: object, before: dynamics.TimeState, dt: float, *rest: object) -> dynamics.TimeState:
-        if any(abs(before.t + dt - t) < 1e-12 for t in reached):
-            raise NewtonError("a step to where one has led before")
-        reached.append(before.t + dt)
-        return step(problem, before, dt, *rest)  # type: ignore[arg-type]
-
-    def march(options: TimeOptions) -> list[TimeState]:
-        motion = dynamics.march(problem, states[at], drive, FALL.damping, options=options, until=[touch_event])
-        return list(motion)[1:]
-
-    monkeypatch.setattr(dynamics, "step", once)
-    # Just after the touch and well after it: the last trial touches or does not.
-    for beyond in (1e-4, 1e-3, 3e-3, 0.01):
-        options = replace(release.TIME_OPTIONS, first=states[touch].t - states[at].t + beyond, tolerance=1.0)
-        chain = march(options)
-        assert states[touch].t - release.TOUCH_TOLERANCE < chain[-1].t <= states[at].t + options.first + 1e-12
-        assert chain[-1].t < states[touch].t + release.TOUCH_TOLERANCE
-        assert [touches(problem.model, state) for state in chain] == [False] * (len(chain) - 1) + [True]
-        times = [states[at].t, *(state.t for state in chain)]
-        np.testing.assert_allclose(np.diff(times), [state.dt for state in chain], rtol=1e-9)
-
-
 def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     """A strip bent by friction beside its lift-off has nodes on the floor there; folded over it touches."""
     model = Rod.of(10.0, 0.05, elements=100)
@@ -159,24 +123,6 @@ def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     assert touches(model, replace(state, q=folded))
     # All that lies is one part.
     assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
-
-
-def test_a_tossed_strip_comes_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Less is dissipated than the disturbance gave: at rest the strip has more energy than at the start."""
-    moving = dynamics.Energy(28.0, 1.0, 1.0)
-    at_rest = dynamics.Energy(1e-9, 6.0, 6.0, air=18.0)
-    states = [SimpleNamespace(t=float(t), energy=at_rest if t > 3 else moving) for t in range(20)]
-
-    def march(*given: Any) -> Iterator[Any]:
-        for state in states:
-            yield state
-            if any(event.happened(state) for event in given[-1]):
-                return
-
-    monkeypatch.setattr(rest.dynamics, "march", march)
-    problem: Any = SimpleNamespace(model=None)
-    found = list(rest.to_rest(problem, states[:1], problem, FALL.damping, release.TIME_OPTIONS))  # type: ignore[arg-type]
-    assert found[-1].t == 4.0 + rest.QUIET + 1.0
 
 
 def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
@@ -238,45 +184,6 @@ def test_a_moving_gripper(found: Collapse) -> None:
     assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
     assert motion.touch == len(motion.states) - 1
     assert abs(last.energy.closing) < 1e-9
-
-
-def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 10.0)
-    stable = release.ReleaseState.at(found.run.points[3], 1.5)
-    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(stable, replace(FALL, disturbance=1e-4, speed=-0.02))
-    # Longer by the damping, which slows the start.
-    assert 13.0 < caught.value.last.t < 13.0 + TIME_OPTIONS.largest
-    assert caught.value.details["mid_surface"].shape == (len(stable.problem.model.s), 2)
-
-
-def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 20.0)
-    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=0.05, damping=Damping()))
-    assert caught.value.last.energy.kinetic > 0.0
-
-
-def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    start = continuation.start
-    monkeypatch.setattr(release.continuation, "start", lambda *given: replace(start(*given), negatives=1))
-    with pytest.raises(SolveError, match="not stable"):
-        release.state_at_rest(found.motion.problem, found.motion.states[-1])
-
-
-def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = dynamics.step
-
-    def breaking(problem, before, dt, *rest):  # type: ignore[no-untyped-def]
-        if before.t + dt > 3.0:
-            raise SolveError("planted")
-        return step(problem, before, dt, *rest)
-
-    monkeypatch.setattr(dynamics, "step", breaking)
-    with pytest.raises(TimeStepError, match="planted") as caught:
-        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), FALL)
-    assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
-    assert np.isfinite(caught.value.details["mid_surface"]).all()
 
 
 def test_no_snap_no_fall() -> None:
@@ -356,23 +263,3 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
         assert (statics["kinetic"] == 0.0).all()
         assert (statics["negatives"] == 0.0).all()
     assert np.isnan(fall["negatives"]).all()
-
-
-@pytest.mark.parametrize("model", ["solid", "rod"])
-def test_the_inputs_reach_the_model(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
-    given = {"length": 0.3, "height": 0.054, "eta_b": 3780.0, "eta_m": 2e-3, "nu": 0.3, "until": "touch"}
-    asked = Simulation(**given, model=model)
-    seen: list[tuple[object, ...]] = []
-
-    def simulate(*given: object, **_: object) -> None:
-        seen.append(given)
-        raise SolveError("seen")
-
-    monkeypatch.setattr(collapse, "simulate", simulate)
-    with pytest.raises(SolveError, match="seen"):
-        collapse.run(asked)
-    star = (3780.0 * 9.81) ** (-1.0 / 3.0)
-    ((strip, height, fall),) = seen
-    assert strip == StripModel(pytest.approx(0.3 / star), asked.material.relative_thickness, 0.3, kind=model)
-    assert height == pytest.approx(0.054 / star)
-    assert fall == collapse.in_solver_units(asked, asked.material)

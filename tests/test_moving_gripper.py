@@ -37,20 +37,6 @@ class TestStaticLimit:
     def test_friction_delays_it(self, snap: DynamicSnap, frictionless: float):
         assert 0.1 < snap.static_limit - frictionless < 0.6
 
-    def test_it_converges_with_the_elements_and_the_steps(self, monkeypatch: pytest.MonkeyPatch):
-        """Its delay by friction, to a fiftieth of it."""
-        strip = StripModel(16.0, 0.08, kind="rod")
-
-        def delay(refinement: float, step: float) -> float:
-            monkeypatch.setattr(moving_gripper, "STEP", step)
-            static_limit.cache_clear()
-            return static_limit(strip, HEIGHT, FRICTION, refinement)[1] - without
-
-        without = solve_height(strip, HEIGHT, 1.0).lam
-        found = [delay(*options) for options in ((2.0, 0.1), (1.0, 0.1), (1.0, 0.2))]
-        static_limit.cache_clear()
-        np.testing.assert_allclose(found, found[1], rtol=0.03)
-
     @pytest.mark.parametrize(
         ("length", "height", "reason"), [(16.0, 1.2, "touches before"), (8.5, HEIGHT, "leaves the floor")]
     )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
+from scipy.special import jv
 
 from oracles.held_solid import clamped
 from stripfold import elastica
@@ -17,7 +18,12 @@ from stripfold.follow import static
 from stripfold.solve import newton
 from stripfold.strip.problem import AlongX, StripProblem
 from stripfold.strip.solid import Solid
-from studies.hard_cases.arch import column_buckling_length
+
+
+def column_buckling_length() -> float:
+    """Height in L* at which a column, clamped below and free above, buckles under its own weight."""
+    root = brentq(lambda x: jv(-1.0 / 3.0, x), 1.0, 2.5, xtol=1e-14)
+    return float((2.25 * root**2) ** (1 / 3))
 
 
 def check_orders(thickness: tuple[float, ...], errors: np.ndarray, order: float, slack: float) -> None:

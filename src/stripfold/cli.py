@@ -35,7 +35,7 @@ class Command(NamedTuple):
     options: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
     writes: Mapping[str, str] = {}
-    named_after: str = ""
+    named_after: Sequence[str] = ()
     json: bool = True
 
 
@@ -66,7 +66,7 @@ COMMANDS = {
         commands.sweep_options,
         commands.sweep,
         {"output": ".nc"},
-        "grid",
+        ("grid",),
     ),
     "eta": Command(
         "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
@@ -82,7 +82,7 @@ COMMANDS = {
         commands.simulate_options,
         commands.simulate,
         {"output": ".nc", "plot": ".png"},
-        "scene",
+        ("scene", "collapse"),
     ),
     "film": Command(
         "film of a simulated collapse",
@@ -90,7 +90,7 @@ COMMANDS = {
         commands.film_options,
         commands.film,
         {"output": ".mp4"},
-        "result",
+        ("result",),
     ),
     "path": Command(
         "gripper path of a half fold",
@@ -133,7 +133,7 @@ COMMANDS = {
         cli_recordings.calibrate_options,
         cli_recordings.calibrate,
         {"output": ".yaml"},
-        "camera",
+        ("camera",),
     ),
     "measure": Command(
         "lambda at the snap in a recording",

@@ -96,16 +96,17 @@ def _asked(arguments: argparse.Namespace, model: type[M], **more: Any) -> M:
 # -- files that are written, and what is printed
 
 
-def check_outputs(arguments: argparse.Namespace, writes: Mapping[str, str], named_after: str) -> None:
+def check_outputs(arguments: argparse.Namespace, writes: Mapping[str, str], named_after: Sequence[str]) -> None:
     """Check up front that the output files can be written, and put their paths in the place of their names.
 
-    ``writes``: options that name a file, and how its name ends.  ``named_after``: argument after whose file the first
-    of them is called in the working folder where it is not given, or a name; empty where it is written if given only.
+    ``writes``: options that name a file, and how its name ends.  ``named_after``: where the first of them is not given,
+    it is called, in the working folder, after the file of the first of these arguments that is, or else has this name.
     """
     for name, suffix in writes.items():
         said = getattr(arguments, name)
         if named_after and name == next(iter(writes)) and said is None:
-            said = f"{Path(getattr(arguments, named_after, None) or named_after).stem}{suffix}"
+            sources = (getattr(arguments, name, None) for name in named_after)
+            said = f"{Path(next(filter(None, sources), named_after[-1])).stem}{suffix}"
         if not isinstance(said, str):  # not given, or to be printed
             continue
         if suffix in EXTRAS:

@@ -302,7 +302,7 @@ class PathAssessment(Result):
         return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}
 
 
-class _Marks(NamedTuple):
+class Marks(NamedTuple):
     """What two meshes are compared by: lengths travelled at the critical points, x of the first touch, any failure."""
 
     travelled: tuple[float, ...]
@@ -324,8 +324,8 @@ class _Run(NamedTuple):
     failure: SolveError | None = None
 
     @property
-    def marks(self) -> _Marks:
-        return _Marks(tuple(event["travelled"] for event in self.events), self.touch, self.failure is not None)
+    def marks(self) -> Marks:
+        return Marks(tuple(event["travelled"] for event in self.events), self.touch, self.failure is not None)
 
 
 def assess(
@@ -349,7 +349,7 @@ def assess(
     curve = path.curve.scaled(1.0 / unit)
     strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
-    again: Callable[[], _Marks]
+    again: Callable[[], Marks]
     if asked.friction_moment is None and asked.pull is None:
         fall = in_solver_units(Release(), material) if asked.fall else None
         followed = assess_strip(strip, curve, fall, refinement, progress)
@@ -365,11 +365,11 @@ def assess(
         stepped = partial(_with_friction, strip, curve, effects, size)
         run = stepped(refinement, progress)
 
-        def again() -> _Marks:
+        def again() -> Marks:
             return stepped(COARSER * refinement, None).marks
 
     here = run.marks
-    changes, touch_change, dependence = _change(here, _on_another_mesh(again, progress) if compare else here)
+    changes, touch_change, dependence = mesh_change(here, _on_another_mesh(again, progress) if compare else here)
     if asked.layer_friction is not None:
         if not isnan(run.touch):  # these statics know no friction between the layers
             run = run._replace(events=[])
@@ -484,7 +484,7 @@ def _event_in_si(event: Mapping[str, Any], path: GripperPath, unit: float, chang
     return place | known | {"change": unit * change}
 
 
-def _again(found: Assessment, strip: StripModel, fall: Fall | None, refinement: float) -> _Marks:
+def _again(found: Assessment, strip: StripModel, fall: Fall | None, refinement: float) -> Marks:
     """Follow the path on another mesh, where it has a critical point from a step before the first event on."""
     segment, first, piece = found.segments[0], None, 0
     if found.events:
@@ -496,10 +496,10 @@ def _again(found: Assessment, strip: StripModel, fall: Fall | None, refinement: 
                 piece = segment.pieces[near[-1]]
     other = assess_strip(strip, found.path, fall, refinement, first=first, piece=piece)
     travelled = tuple(event.travelled for event in other.events)
-    return _Marks(travelled, other.touch.x if other.touch else nan, other.failure is not None)
+    return Marks(travelled, other.touch.x if other.touch else nan, other.failure is not None)
 
 
-def _on_another_mesh(run: Callable[[], _Marks], progress: Progress | None) -> _Marks | str:
+def _on_another_mesh(run: Callable[[], Marks], progress: Progress | None) -> Marks | str:
     """Follow the path on another mesh, or say why it could not be."""
     if progress is not None:
         progress("on another mesh")
@@ -509,7 +509,7 @@ def _on_another_mesh(run: Callable[[], _Marks], progress: Progress | None) -> _M
         return " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
 
 
-def _change(found: _Marks, other: _Marks | str) -> tuple[tuple[float, ...], float, str]:
+def mesh_change(found: Marks, other: Marks | str) -> tuple[tuple[float, ...], float, str]:
     """Compare two meshes: how much farther each critical point and the touch lie, and in words what is not the same.
 
     nan where one of them has none.  What follows a failure on one of them is no difference.

@@ -432,7 +432,7 @@ class FoldingPlan(Result):
         """Write a page with map, path, margin along it, worst case and reasons: one HTML file (docs/plan.md)."""
         from stripfold.draw import page, results, save, stability_map
 
-        choice, asked, distances = self.choice, self.asked, self._distances()
+        choice, asked, distances = self.choice, self.asked, distances_along(self)
         worst = int(np.nanargmin(np.nanmin(distances, axis=1)))
         unit = asked.strips[worst].gravity_length
         found = gripper_map(asked.length / unit)
@@ -458,19 +458,6 @@ class FoldingPlan(Result):
             along=save.as_svg(results.draw_along(self.waypoints, distances, etas, asked_margin)),
         )
         store.write_text(text, file)
-
-    def _distances(self) -> Array:
-        """Distance of the waypoints from the frictionless snap boundaries with the three eta_b, shape (3, n), m.
-
-        Negative behind the boundary; nan from the waypoint on at which the sag has come to lie.
-        """
-        found, (x, z) = [], self.waypoints[:, 1:3].T
-        for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True):
-            unit = strip.gravity_length
-            away = unit * snap_boundary(strip.length_star).distance((x + strip.length / 2.0) / unit, z / unit)
-            first = next(point.lam for problem, point in verdict.states if touches(problem.model, point))
-            found.append(np.where(self.travelled < unit * first, away, np.nan))
-        return np.array(found)
 
     def _nearest(self, distance: Array) -> dict[str, float]:
         """Where the gripper is nearest to the boundary, or farthest behind it."""
@@ -549,3 +536,17 @@ def _waypoints(choice: Choice, asked: PlanInputs) -> Array:
     angle = np.degrees(np.unwrap(np.angle([1.0, *direction])))
     angles = np.interp(travelled / asked.gravity_length, [0.0, *(point.lam for _, point in states)], angle)
     return np.column_stack([timed(travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])
+
+
+def distances_along(plan: FoldingPlan) -> Array:
+    """Distance of the waypoints from the frictionless snap boundaries with the three eta_b, shape (3, n), m.
+
+    Negative behind the boundary; nan from the waypoint on at which the sag has come to lie.
+    """
+    found, (x, z) = [], plan.waypoints[:, 1:3].T
+    for strip, verdict in zip(plan.asked.strips, plan.choice.verdicts, strict=True):
+        unit = strip.gravity_length
+        away = unit * snap_boundary(strip.length_star).distance((x + strip.length / 2.0) / unit, z / unit)
+        first = next(point.lam for problem, point in verdict.states if touches(problem.model, point))
+        found.append(np.where(plan.travelled < unit * first, away, np.nan))
+    return np.array(found)
