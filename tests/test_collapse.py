@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import SolveError
 from stripfold.follow import collapse, release
 from stripfold.follow.collapse import Collapse

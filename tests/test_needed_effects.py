@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stripfold.ask.inputs import Effects, Simulation
 from stripfold.ask.model_error import model_error
-from stripfold.ask.simulation import Effects, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow import needed_effects
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stripfold.ask.simulation import Release, Simulation
+from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow.collapse import in_solver_units
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.follow import collapse, needed_effects
 from stripfold.follow.needed_effects import INERTIA, SELF_CONTACT, SOLID
 from verification.common import NO_RESULT, Progress, dataset, grid, markdown_table

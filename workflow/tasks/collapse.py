@@ -7,7 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.draw import film as films
 from stripfold.follow import collapse as analysis
 

@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 
 from stripfold import Strip
-from stripfold.ask.simulation import Release
+from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
 from stripfold.follow import collapse
 from stripfold.paths import low

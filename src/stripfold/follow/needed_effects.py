@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.files import schema
 from stripfold.strip.effects import LayerFriction
 from stripfold.strip.problem import StripProblem
