@@ -12,8 +12,8 @@ from assessing import assess_path
 from stripfold.ask.assess import Marks, mesh_change
 from stripfold.base.material import Material
 from stripfold.follow import contact_set
-from stripfold.follow.assess import assess_strip
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.strip.contact_mesh import Topology

@@ -16,8 +16,9 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.base.errors import SolveError
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
-from stripfold.follow.assess import BIFURCATION, assess_strip
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import BIFURCATION
 from stripfold.paths.rpath import plan_r_path
 from tasks.assess_data import off_the_boundary
 from tasks.friction import LAWS, smallest
