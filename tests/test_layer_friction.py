@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask import critical_point as critical
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
 from stripfold.ask.model_error import solid_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance

@@ -12,7 +12,7 @@ import xarray as xr
 
 from stripfold.ask import collapse_record
 from stripfold.ask.collapse_record import INERTIA, SELF_CONTACT, SOLID
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from verification.common import NO_RESULT, Progress, dataset, grid, markdown_table
 from verification.numbers import Facts, Number
 

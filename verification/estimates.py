@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.ask import critical_point, select_model
+from stripfold.ask import critical, select_model
 from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, MAX_THICKNESS_STAR, Scene
 from stripfold.ask.model_error import model_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
@@ -64,7 +64,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
         "outcome": REFUSED,
         "message": "",
     }
-    found, message = attempted(partial(critical_point.find, scene, prediction=prediction))
+    found, message = attempted(partial(critical.find, scene, prediction=prediction))
     if found is None:
         return row | {"message": message}
     advance = found.lambda_c if found.snap else found.lambda_touch

@@ -14,7 +14,7 @@ from math import nan
 import numpy as np
 
 from stripfold import elastica
-from stripfold.ask.critical_point import find
+from stripfold.ask.critical import find
 from stripfold.ask.inputs import Model as ModelName
 from stripfold.ask.inputs import Scene
 from stripfold.ask.model_error import model_error

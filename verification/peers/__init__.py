@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask.critical_point import ELASTICA_ERROR
+from stripfold.ask.critical import ELASTICA_ERROR
 from stripfold.base.errors import StripfoldError
 from verification.common import ONE_CORE, Progress, blank, dataset, markdown_table, timed
 from verification.numbers import Facts, Number
