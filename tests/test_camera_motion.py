@@ -11,7 +11,7 @@ from stripfold.base.arrays import Array, Picture
 from stripfold.film import camera_motion
 from stripfold.film.camera_motion import Shift
 from stripfold.film.gripper import Track
-from stripfold.film.thumbnails import Thumbnails
+from stripfold.film.video import Thumbnails
 
 SIZE = 400, 300
 

@@ -18,7 +18,7 @@ from stripfold.files.store import write
 from stripfold.film import boards, intrinsics
 from stripfold.film.boards import Board, Refinement, detect
 from stripfold.film.camera import read_camera
-from stripfold.film.intrinsics import View
+from stripfold.film.calibration import View
 from stripfold.film.pictures import read_calibration_picture
 from studies import calibration as study
 

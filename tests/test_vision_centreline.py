@@ -20,7 +20,7 @@ from stripfold import elastica
 from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.film import cross_sections as sections
 from stripfold.film import pictures, segmentation, smoothing
-from stripfold.film.centreline import Centreline, find
+from stripfold.film.line import Centreline, find
 
 SIZE = (640, 400)
 LOOKS = {

@@ -18,7 +18,7 @@ from stripfold.elastica.branch import state_at_advance
 from stripfold.film import eta_motion
 from stripfold.film.camera import Camera
 from stripfold.film.eta_motion import MotionEtaB
-from stripfold.film.mapping import Mapping
+from stripfold.film.camera import Mapping
 from stripfold.film.recording import Entries, Recording
 from stripfold.follow.moving_gripper import static_limit
 from stripfold.follow.static import StripModel

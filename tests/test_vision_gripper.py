@@ -10,8 +10,8 @@ from filmed import exposed, marker_picture
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.film import boards, gripper
-from stripfold.film.frames import Frame
-from stripfold.film.marker import Marker
+from stripfold.film.video import Frame
+from stripfold.film.holder import Marker
 
 A4 = boards.dictionary("4x4_50")
 SIZE = (180, 150)

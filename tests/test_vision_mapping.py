@@ -18,10 +18,10 @@ from stripfold.film import calibration, intrinsics, recording
 from stripfold.film.boards import Board
 from stripfold.film.calibration import Calibration, assemble, calibrate_folder
 from stripfold.film.camera import Camera
-from stripfold.film.mapping import Mapping, fit_similarity, scale, transform
-from stripfold.film.marker import Marker
+from stripfold.film.camera import Mapping, fit_similarity, scale, transform
+from stripfold.film.holder import Marker
 from stripfold.film.recording import Entries
-from stripfold.film.robot_grid import Stops, find_stops
+from stripfold.film.calibration import Stops, find_stops
 
 PLACES = np.array([[0.2, 0.12], [0.4, 0.22], [0.6, 0.35], [0.5, 0.08], [0.25, 0.4]])
 IDEAL = Camera(np.array([[800.0, 0.0, 319.5], [0.0, 800.0, 239.5], [0.0, 0.0, 1.0]]), np.zeros(5), (640, 480))

@@ -12,9 +12,9 @@ from scipy import ndimage
 from filmed import exposed, landscape
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import InvalidInputError, TrackingError
-from stripfold.film.frames import Frame
+from stripfold.film.video import Frame
 from stripfold.film.gripper import GripperTracker, Track, interpolate_gaps
-from stripfold.film.template import Template
+from stripfold.film.holder import Template
 
 SIZE = 240, 180
 BOX = (61, 42, 44, 36)

@@ -16,9 +16,9 @@ from stripfold import kernels
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.film import cross_sections, following, strip_tracker, tracking
-from stripfold.film.centreline import Centreline
-from stripfold.film.frames import Frame
-from stripfold.film.mapping import Mapping
+from stripfold.film.line import Centreline
+from stripfold.film.video import Frame
+from stripfold.film.camera import Mapping
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene

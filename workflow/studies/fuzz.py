@@ -25,7 +25,7 @@ import xarray as xr
 from stripfold.ask.results import StripCollapse
 from stripfold.ask.simulation import Simulation
 from stripfold.cli import main
-from stripfold.film.threads import one_thread
+from stripfold.film.pictures import one_thread
 from studies.common import Progress, dataset, pooled
 
 SHARES = {"arguments": 0.4, "yaml": 0.3, "tables": 0.1, "data": 0.1, "pictures": 0.1}

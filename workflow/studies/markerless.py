@@ -20,7 +20,7 @@ import yaml
 from stripfold.base.arrays import Array
 from stripfold.film import recording, video
 from stripfold.film.calibration import calibrate_folder
-from stripfold.film.marker import Marker
+from stripfold.film.holder import Marker
 from stripfold.film.measure import measure
 from stripfold.film.measurement import Measurement
 from stripfold.film.recording import NAME

@@ -22,7 +22,7 @@ from scipy.optimize import least_squares
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import TrackingError
-from stripfold.film.cross_sections import arc_length, tangents
+from stripfold.film.line_kernels import arc_length, tangents
 from stripfold.film.residuals import ShapeFit, correlation_length
 
 SLOPE_SD = float(np.radians(0.5))

@@ -20,9 +20,9 @@ from stripfold.base.errors import TrackingError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.film import cantilever, fold
 from stripfold.film.cantilever import Cantilever
-from stripfold.film.centreline import Centreline, find
-from stripfold.film.cross_sections import normals
 from stripfold.film.fold import Fold
+from stripfold.film.line import Centreline, find
+from stripfold.film.line_kernels import normals
 from stripfold.film.segmentation import enclosed_share, piece_along, second_edge
 
 POINTS = 100

@@ -26,7 +26,7 @@ from stripfold.base.errors import MeasurementError, SolveError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.elastica import with_friction
 from stripfold.film import snap
-from stripfold.film.mapping import Mapping
+from stripfold.film.camera import Mapping
 from stripfold.film.recording import Recording, StripEntry
 from stripfold.film.residuals import correlation_length
 from stripfold.film.tracking import Tracks

@@ -20,7 +20,8 @@ from skimage.segmentation import clear_border
 from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.film import loop_shape
-from stripfold.film.cross_sections import edges_at, inside, locate, normals
+from stripfold.film.line import edges_at, locate
+from stripfold.film.line_kernels import inside, normals
 from stripfold.film.loop_shape import Place
 from stripfold.film.residuals import ShapeFit, correlation_length
 from stripfold.film.segmentation import closed, foreground, piece_along, reduced, second_edge, unreduced

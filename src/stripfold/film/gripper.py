@@ -11,9 +11,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from stripfold.base.arrays import Array, Index, Mask, Picture
 from stripfold.base.errors import TrackingError
-from stripfold.film.frames import Frame
-from stripfold.film.marker import Fit, Marker
-from stripfold.film.template import Template
+from stripfold.film.holder import Fit, Holder
+from stripfold.film.video import Frame
 
 MAX_GAP = 0.5
 """Longest time for which the marker may be hidden, s."""
@@ -61,7 +60,7 @@ class Track:
 class GripperTracker:
     """Follows a marker or a template; to be called with each frame in turn.  ``source`` names the video in errors."""
 
-    def __init__(self, marker: Marker | Template, source: str = "video") -> None:
+    def __init__(self, marker: Holder, source: str = "video") -> None:
         self._marker, self._name, self._source = marker, marker.name, source
         self._last_two: list[tuple[float, Fit]] = []
 

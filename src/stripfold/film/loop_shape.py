@@ -9,7 +9,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.film.cross_sections import normals
+from stripfold.film.line_kernels import normals
 
 MAX_THICKNESS = 0.3
 """Largest thickness, L*."""

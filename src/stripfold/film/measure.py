@@ -19,10 +19,10 @@ from stripfold.film.clock import read_log, synchronise
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.film.measurement import NOTE, PARTS, WARNING, Flag, Measurement, half_width
 from stripfold.film.model import model_value
+from stripfold.film.pictures import one_thread
 from stripfold.film.recording import ManualOnset, Recording
 from stripfold.film.snap import Landed, Speed
 from stripfold.film.strip_tracker import TRACKED_SHARE
-from stripfold.film.threads import one_thread
 from stripfold.film.tracking import MIN_FRAMES, Tracks, track
 
 DRAWS = 200

@@ -9,11 +9,11 @@ import numpy as np
 
 from stripfold.base.errors import MeasurementError
 from stripfold.draw import page
-from stripfold.film import intrinsics, robot_grid
+from stripfold.film import calibration
 from stripfold.film.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
 from stripfold.film.measurement import Measurement
+from stripfold.film.pictures import one_thread
 from stripfold.film.report_pictures import pictures
-from stripfold.film.threads import one_thread
 
 
 class Entry(NamedTuple):
@@ -28,20 +28,20 @@ class Entry(NamedTuple):
 CALIBRATION = {
     "camera_from": Entry("camera from"),
     "camera_uncertainty": Entry("uncertainty of the camera"),
-    "camera_views": Entry("views of the board", mark=f"at least {intrinsics.MIN_VIEWS}"),
-    "camera_coverage": Entry("covered by them", "% of the picture", 100.0, f"at least {intrinsics.MIN_COVERAGE:.0%}"),
-    "camera_rms": Entry("reprojection error", "px", 1.0, f"at most {intrinsics.MAX_RMS:g} px"),
+    "camera_views": Entry("views of the board", mark=f"at least {calibration.MIN_VIEWS}"),
+    "camera_coverage": Entry("covered by them", "% of the picture", 100.0, f"at least {calibration.MIN_COVERAGE:.0%}"),
+    "camera_rms": Entry("reprojection error", "px", 1.0, f"at most {calibration.MAX_RMS:g} px"),
     "camera_worst_view_rms": Entry(
-        "  of the worst view", "px", 1.0, f"at most {intrinsics.OUTLIER:g} times the median"
+        "  of the worst view", "px", 1.0, f"at most {calibration.OUTLIER:g} times the median"
     ),
     "camera_split_half": Entry("difference of two halves of the views", "mm", 1e3),
     "camera_inflation": Entry("factor on its uncertainty, from their scatter"),
     "plane_rms": Entry("corners off the folding plane", "px", 1.0, f"at most {MAX_PLANE_RMS:g} px"),
     "resolution": Entry("size of a pixel there", "mm", 1e3),
-    "stops": Entry("stops of the robot", mark=f"at least {robot_grid.MIN_STOPS}"),
+    "stops": Entry("stops of the robot", mark=f"at least {calibration.MIN_STOPS}"),
     "robot_rms": Entry("their distance from the fit", "mm", 1e3),
     "robot_left_out_rms": Entry(
-        "  from the fit to the others", "mm", 1e3, f"each at most {1e3 * robot_grid.MAX_STOP_ERROR:g} mm"
+        "  from the fit to the others", "mm", 1e3, f"each at most {1e3 * calibration.MAX_STOP_ERROR:g} mm"
     ),
     "robot_scale": Entry("metre of the board in the robot's", "m", 1.0, f"1 m within {MAX_SCALE_ERROR:.0%}"),
     "marker_side": Entry("marker's side over the described one", mark=f"1 within {MAX_SIDE_ERROR:.0%} and its blur"),

@@ -9,12 +9,10 @@ import numpy as np
 
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
-from stripfold.film.centreline import Centreline, find
-from stripfold.film.cross_sections import GOOD, arc_length
-from stripfold.film.following import Followed, between_ends, follow, with_appearance
-from stripfold.film.frames import Frame
-from stripfold.film.mapping import Mapping
-from stripfold.film.smoothing import median
+from stripfold.film.camera import Mapping
+from stripfold.film.line import Centreline, Followed, between_ends, find, follow, with_appearance
+from stripfold.film.line_kernels import GOOD, arc_length
+from stripfold.film.video import Frame
 
 POINTS = 80
 """Points measured along the strip."""
@@ -168,7 +166,7 @@ class StripTracker:
         elapsed = frame.time - self._last_time
         moved = replace(last, points=last.points + elapsed * self._motion)
         ends = np.stack([end + self._end_offset, self._lying_end])
-        width = median(last.width)
+        width = float(np.median(last.width))
         fast = float(np.quantile(np.hypot(*self._motion.T), 0.9))
         near = 0.25 * width + 1.5 + SPEED_MARGIN * fast * elapsed
         far = min(4.0 * near + width, 4.0 * width + 16.0)
@@ -203,7 +201,7 @@ class StripTracker:
         """Whether a line may have this length, m, so long after the last one, s."""
         if not -self._max_shortening < length / self._first_length - 1.0 < MAX_LENGTHENING:
             return False
-        last, usual = self._lengths[-1][1], median(np.array([old for _, old in self._lengths]))
+        last, usual = self._lengths[-1][1], float(np.median([old for _, old in self._lengths]))
         # A bend that something in front cut short may at once be as long as before.
         growth = 1.0 + STEP_LENGTHENING + LENGTHENING_RATE * elapsed
         return length < growth * last or abs(length / usual - 1.0) < STEP_LENGTHENING
@@ -215,14 +213,14 @@ class StripTracker:
 def _up_to(end: Array, line: Centreline, image: Picture) -> Centreline:
     """A line that was just found, up to the gripped end where a dimmer part of the strip, seen edge-on, leads there."""
     arc, away = line.arc, float(np.hypot(*(line.points[0] - end)))
-    if away < 2.0 * median(line.width):
+    if away < 2.0 * np.median(line.width):
         return line
     s = np.linspace(-away, arc[-1], POINTS)
     x, y = (np.interp(s, [-away, *arc], [end[i], *line.points[:, i]]) for i in range(2))
     width, contrast = np.interp(s, arc, line.width), np.interp(s, arc, line.contrast)
     longer = replace(line, points=np.column_stack([x, y]), width=width, contrast=contrast)
     ends = np.stack([end, line.points[-1]])
-    found = follow(image, with_appearance(image, longer), ends, 2.0 * median(line.width))
+    found = follow(image, with_appearance(image, longer), ends, 2.0 * float(np.median(line.width)))
     if found is None or not found.sound or np.mean(found.line.score[s < 0.0] >= GOOD) < MIN_ALIKE:
         return line
     return found.line

@@ -13,17 +13,15 @@ from stripfold.base.errors import MeasurementError, TrackingError
 from stripfold.base.percent import Percent
 from stripfold.film import camera_motion, video
 from stripfold.film.calibration import Calibration, holder
+from stripfold.film.camera import Mapping
 from stripfold.film.camera_motion import Shift
-from stripfold.film.centreline import Centreline
-from stripfold.film.cross_sections import arc_length
 from stripfold.film.decoding import CHANNELS
-from stripfold.film.frames import Frame, VideoReport
 from stripfold.film.gripper import Grip, GripperTracker, Track, interpolate_gaps, repeated
-from stripfold.film.mapping import Mapping
+from stripfold.film.line import Centreline
+from stripfold.film.line_kernels import arc_length
 from stripfold.film.recording import Recording
 from stripfold.film.strip_tracker import StripTracker
-from stripfold.film.thumbnails import Thumbnails
-from stripfold.film.timing import Timing, row_time, timing
+from stripfold.film.video import Frame, Thumbnails, Timing, VideoReport
 
 MIN_FRAMES = 10
 """Least number of frames of a film, and of those with the strip in it."""
@@ -170,7 +168,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     shutter = recording.entries.camera.rolling_shutter
     stations, points, visible_length = material_points(lines, mapping)
     return Tracks(
-        timing=timing(gripper.time, np.array(doubled) | repeated(gripper)),
+        timing=Timing.of(gripper.time, np.array(doubled) | repeated(gripper)),
         report=report,
         gripper=gripper,
         grip_time=row_time(gripper.time, gripper.centre[:, 1], size[1], shutter),
@@ -229,3 +227,12 @@ def corrected_arc(arc: Array, score: Array, length: float) -> Array:
     uncertain = 1.0 - np.clip(score, 0.0, 1.0) + VISIBLE_WEIGHT
     share = np.concatenate([[0.0], np.cumsum(0.5 * (uncertain[1:] + uncertain[:-1]) * np.diff(arc))])
     return np.asarray(arc + (length - arc[-1]) * share / share[-1])
+
+
+def row_time(time: float | Array, row: float | Array, height: int, rolling_shutter: float) -> Array:
+    """Compute the time, s, at which a row, 0 to ``height - 1``, of a frame was exposed.
+
+    ``time`` is that of the frame and of its first row; ``rolling_shutter`` is the time from the exposure of the first
+    row to that of the last.
+    """
+    return np.asarray(time + np.asarray(row) / (height - 1) * rolling_shutter, dtype=np.float64)
