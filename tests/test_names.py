@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from PIL import Image
+from test_vision_recording import ENTRIES
 
 import made_up
 from stripfold.base.validation import read_yaml
@@ -22,7 +23,6 @@ from stripfold.files.tables import read_table
 from stripfold.film import video
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.video import encode
-from test_vision_recording import ENTRIES
 
 HOSTILE = {
     "protocol": "a:b",

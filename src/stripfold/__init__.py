@@ -43,7 +43,8 @@ if TYPE_CHECKING:
     from stripfold.ask.stability_map import StabilityMap
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
-    from stripfold.film.measured import EtaB, RecordingMeasurement, eta_b, measure
+    from stripfold.film.eta import EtaB, eta_b
+    from stripfold.film.measure import RecordingMeasurement, measure
 
     __version__: str
 
@@ -72,7 +73,8 @@ __all__ = [
 _MODULES = {
     "base.errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
     "ask.folding_plan": ("FoldingPlan",),
-    "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
+    "film.eta": ("EtaB", "eta_b"),
+    "film.measure": ("RecordingMeasurement", "measure"),
     "ask.path_assessment": ("PathAssessment",),
     "ask.results": ("CriticalPoint", "StripCollapse"),
     "ask.simulation": ("Release",),

@@ -45,7 +45,7 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", arguments.picture, "this only together with image")
     target = _plot_file(arguments, "picture")
-    from stripfold.film.measured import EtaB
+    from stripfold.film.eta import EtaB
 
     found = EtaB.of(asked)
     _draw(found, target)
@@ -132,7 +132,7 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.files import store
-    from stripfold.film.measured import RecordingMeasurement
+    from stripfold.film.measure import RecordingMeasurement
     from stripfold.film.recording import inside
 
     folder = inside(Path(arguments.folder), "result", "output")

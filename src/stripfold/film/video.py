@@ -124,8 +124,8 @@ class Reader(Iterator[Frame]):
 
         # -P: a module in the user's working folder must not shadow a library.
         command = [sys.executable, "-P", "-m", decoding.__name__, str(channel), str(path.absolute())]
-        quiet = {"stdin": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        self._process = subprocess.Popen(command, bufsize=0, stdout=subprocess.PIPE, **quiet)
+        none = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, bufsize=0, stdin=none, stdout=subprocess.PIPE, stderr=none)
         assert self._process.stdout is not None
         self._pipe: Any = self._process.stdout
         with suppress(OSError):  # what all processes of a user may have in pipes is limited
@@ -204,7 +204,7 @@ class Reader(Iterator[Frame]):
         if count > most:
             raise self._refused(f"the decoder announces {count} bytes")
         found = np.empty(count, np.uint8)
-        rest = memoryview(found)
+        rest = found.data
         while rest:
             if not select.select([self._pipe], [], [], TIMEOUT)[0]:
                 raise self._refused(f"the decoder was silent for {TIMEOUT:g} s")

@@ -7,7 +7,7 @@ import xarray as xr
 
 from stripfold.base.arrays import Array
 from stripfold.film.camera_motion import MOVED_BY
-from stripfold.film.measurement import WARNING, half_width
+from stripfold.film.measure import WARNING, half_width
 from studies.recordings_accuracy import BOUND, ETA, MEASURED, error
 from studies.recordings_chain import CHAIN
 from studies.summary.facts import Facts, seed_of, share

@@ -1,15 +1,17 @@
-"""Synchronisation of the robot's clock with the camera's, with known offsets."""
+"""The onset of the snap in a record of points, and the two clocks, against motions that are known."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stripfold.base.arrays import Array
-from stripfold.base.errors import InvalidInputError, SynchronisationError
-from stripfold.film import clock
+from stripfold.base.errors import SynchronisationError
+from stripfold.film import (
+    clock,
+    fitted,
+    snap,
+)
 
 PIXEL = 5e-4
 """m."""
@@ -36,7 +38,7 @@ def found(seed: int, times: Array, mapping_sd: float, noise: float = 1e-4) -> tu
     offset = rng.uniform(-50.0, 50.0)
     x = advance(times)
     along = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
-    shift, slope, bend = mapping_sd * np.array([1.0, clock.SLOPE_SHARE, clock.BEND_SHARE]) * rng.standard_normal(3)
+    shift, slope, bend = mapping_sd * np.array([1.0, fitted.SLOPE_SHARE, fitted.BEND_SHARE]) * rng.standard_normal(3)
     marker = rng.normal(0.0, noise, 2000)[np.rint((x - 0.1) / (clock.REPEATED * PIXEL)).astype(int)]
     error = shift + slope * along + bend * (1.5 * along**2 - 0.5) + marker
     return offset, clock.synchronise(times, x + error, noise, log(offset), mapping_sd, PIXEL)
@@ -66,7 +68,7 @@ def test_a_marker_that_lags_while_it_moves_is_within_the_interval(stop: float) -
         errors = []
         for seed in range(60):
             rng = np.random.default_rng(seed)
-            lag = clock.LAG_SD * PIXEL * rng.standard_normal()
+            lag = fitted.LAG_SD * PIXEL * rng.standard_normal()
             x = advance(times) - lag * moving + rng.normal(0.0, 1e-6, len(times))
             clocks = clock.synchronise(times, x, 1e-6, log(3.0), 5e-4, PIXEL, predicted)
             errors.append((clocks.offset - 3.0) / clocks.sd)
@@ -83,14 +85,6 @@ def test_what_hides_the_marker_for_a_while_hardly_shifts_the_clock() -> None:
     assert abs(disturbed.offset - 3.0) < 2.0 * disturbed.sd
 
 
-def test_a_log_of_another_origin_is_not_explained_by_the_clock() -> None:
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    x = advance(times) + 3e-3 + np.random.default_rng(0).normal(0.0, 2e-5, len(times))
-    clocks = clock.synchronise(times, x, 1e-5, log(3.0), 3e-5, PIXEL)
-    assert clocks.offset == pytest.approx(3.0, abs=0.02)
-    assert clocks.shift == pytest.approx(3e-3, rel=0.15)
-
-
 def test_a_noisy_log_prefers_no_phase_between_its_rows() -> None:
     """Between two rows its noise is less than at a row: without smoothing, offsets gather there."""
     times = np.arange(0.0, 8.0, 0.04)
@@ -102,38 +96,6 @@ def test_a_noisy_log_prefers_no_phase_between_its_rows() -> None:
         errors.append(clock.synchronise(times, advance(times), 1e-5, noisy, 1e-5, PIXEL).offset)
     # 0.01 s is half the time between two rows.
     assert np.sqrt(np.mean(np.square(errors))) < 2.5e-3
-
-
-def test_the_same_motion_gives_the_same_clock() -> None:
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    first, again = (found(5, times, 5e-4)[1] for _ in range(2))
-    assert first == again
-
-
-def test_shift_of_the_mapping() -> None:
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    x = advance(times) + 7e-4
-    clocks = clock.synchronise(times, x, 1e-4, log(3.25), 1e-3, PIXEL)
-    assert clocks.offset == pytest.approx(3.25, abs=0.5 * clocks.sd)
-    assert clocks.shift == pytest.approx(7e-4, rel=3e-2)
-    np.testing.assert_allclose(clocks.to_log(np.array([1.0, 3.0])), [4.25, 6.25], atol=2e-3)
-
-
-def test_a_slow_log_and_irregular_frames() -> None:
-    rng = np.random.default_rng(2)
-    times = np.sort(rng.uniform(0.0, 8.0, 200))
-    x = advance(times, ramp=0.5) + rng.normal(0.0, 1e-4, 200)
-    t = np.arange(0.0, 9.0, 0.1)
-    slow = clock.RobotLog(t - 12.0, advance(t, ramp=0.5), 0.0 * t)
-    clocks = clock.synchronise(times, x, 1e-4, slow, 1e-3, PIXEL)
-    assert clocks.offset == pytest.approx(-12.0, abs=5e-3)
-
-
-def test_an_advance_towards_falling_x() -> None:
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    t = np.arange(0.0, 9.0, 0.02)
-    back = clock.RobotLog(t + 4.0, -advance(t), 0.0 * t)
-    assert clock.synchronise(times, -advance(times), 1e-4, back, 1e-3, PIXEL).offset == pytest.approx(4.0, abs=1e-4)
 
 
 def test_correlated_noise_widens_the_sd() -> None:
@@ -168,29 +130,118 @@ def test_motions_that_differ(x, robot: clock.RobotLog, message: str) -> None:  #
     assert str(caught.value).startswith("robot.csv: ")
 
 
-def test_a_log_from_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "robot.csv"
-    path.write_text("# by the robot\nt,x,z\n0.0,0.1,0.2\n0.5,0.3,0.2\n", encoding="utf-8")
-    found = clock.read_log(path)
-    np.testing.assert_allclose(found.time, [0.0, 0.5])
-    np.testing.assert_allclose(found.x, [0.1, 0.3])
-    np.testing.assert_allclose(found.z, [0.2, 0.2])
+TOUCH, TIME = 2.6, 0.12
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("t,x\n0,1\n1,2\n", "header t,x,z"),
-        ("t,x,z\n0,1,2\n", "1 rows"),
-        ("t,x,z\n0,1,2\n0,1,2\n", "row 3"),
-        ("t,x,z\n0,1,2\n1,inf,2\n", "row 3"),
-        ("", "'0 rows' cannot be used; allowed: a CSV file with the header t,x,z and 2 to"),
-        ("0,1,2,3\n1,2,3,4\n", "name its columns in the first row"),
-        ("t,x,z\n" + "0" * 300_000, "field limit"),
-    ],
-)
-def test_bad_logs(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "robot.csv"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(InvalidInputError, match=message):
-        clock.read_log(path)
+SLOW, FAST = 0.01, 0.81
+
+
+ONSET = TOUCH + TIME * np.log(snap.LEVEL)
+
+
+SHAPE = np.random.default_rng(7).normal(size=(20, 2))
+
+
+SHAPE /= np.sqrt(np.mean(np.sum(SHAPE**2, axis=1)))
+
+
+def way(t: np.ndarray) -> np.ndarray:
+    """Integral of a speed that rises exponentially from SLOW to FAST, and falls back at once."""
+    rise = (FAST - SLOW) * TIME * np.exp((np.minimum(t, TOUCH) - TOUCH) / TIME)
+    return SLOW * t + rise
+
+
+def moving(t: np.ndarray, scale: float = 1.0) -> np.ndarray:
+    """Points that move along a direction of their own each, their median as :func:`way`."""
+    return scale * way(t)[:, None, None] * SHAPE
+
+
+@pytest.mark.parametrize("rate", [25.0, 30.0, 60.0, 240.0])
+def test_onset_is_at_its_level_at_any_frame_rate(rate: float):
+    t = np.arange(0.013, 4.0, 1.0 / rate)
+    found = snap.speed(t, moving(t))
+    assert found.onset == pytest.approx(ONSET, abs=0.006)
+    assert found.following == pytest.approx(SLOW, rel=1e-3)
+    # The mean of the exponential over the window before its end.
+    share = TIME / snap.WINDOW * (1.0 - np.exp(-snap.WINDOW / TIME))
+    assert found.ratio == pytest.approx(1.0 + share * (FAST - SLOW) / SLOW, rel=0.05)
+    assert not found.several
+
+
+def test_a_steady_rise_is_delayed_by_a_quarter_of_the_window():
+    """The correction is for what lies between it and an exponential rise, whose onset the window does not shift."""
+    t = np.arange(0.0, 4.0, 1.0 / 60.0)
+    began, took = 1.2, TOUCH - 1.2
+    ran = np.clip(t - began, 0.0, took)
+    steady = snap.speed(t, (SLOW * t + 0.5 * 0.06 * ran**2)[:, None, None] * SHAPE)
+    late = steady.onset - (began + snap.LEVEL * took)
+    assert late == pytest.approx(0.25 * snap.WINDOW, abs=0.012)
+    assert 0.0 < late - fitted.WINDOW_SHIFT * steady.delay < 1.1 * fitted.WINDOW_SD * steady.delay
+    assert snap.speed(t, moving(t)).delay < 0.25 * snap.WINDOW < 0.7 * snap.WINDOW < steady.delay < snap.WINDOW
+
+
+def test_raised_part_includes_a_sag_that_nearly_touches():
+    stations = np.linspace(0.0, 0.4, 41)
+    z = np.interp(stations, [0.0, 0.1, 0.2, 0.25, 0.4], [0.1, 0.012, 0.03, 0.0, 0.0])
+    points = np.stack([stations, z], axis=1)[None].repeat(6, axis=0)
+    chosen = snap.raised(points, 0.1)
+    assert chosen[:23].all()
+    assert not chosen[25:].any()
+
+
+def test_following_alone_is_no_snap():
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    noise = 2e-5 * np.random.default_rng(3).normal(size=(len(t), 20, 2))
+    found = snap.speed(t, SLOW * t[:, None, None] * SHAPE + noise)
+    assert found.ratio < snap.MIN_RATIO
+
+
+def test_ripple_before_the_snap_is_ignored():
+    """A burst three times as fast as following, and irreversible, but a tenth of what comes later."""
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    ripple = 0.004 * np.clip((t - 1.0) / 0.2, 0.0, 1.0)
+    assert snap.speed(t, moving(t) + ripple[:, None, None] * SHAPE).onset == pytest.approx(ONSET, abs=0.01)
+
+
+def test_a_frame_that_shows_the_strip_late_is_not_the_peak_of_a_slow_snap():
+    t = np.delete(np.arange(0.0, 14.0, 1.0 / 15.0), 154)
+    began, end, slow, fast = 9.0, 12.7, 0.003, 0.014
+    ran = np.clip(t - began, 0.0, end - began)
+    points = (slow * t + 0.5 * (fast - slow) / (end - began) * ran**2)[:, None, None] * SHAPE
+    late = 153
+    points[late] = points[late - 1]
+    found = snap.speed(t, points)
+    assert found.u[np.searchsorted(found.t, t[late + 1] + 0.03)] > 1.1 * found.level(snap.LEVEL)
+    assert found.t[found.peak] == pytest.approx(end, abs=0.05)
+    assert found.onset == pytest.approx(began + snap.LEVEL * (end - began), abs=0.1)
+
+
+def test_displacement_that_is_reversed_in_one_burst_is_no_snap():
+    """Something passes for half a second; by then following alone has gone half as far."""
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    points = moving(t)
+    points += 0.012 * np.clip(np.minimum((t - 0.8) / 0.2, (1.3 - t) / 0.1), 0.0, 1.0)[:, None, None] * SHAPE
+    assert snap.speed(t, points).onset == pytest.approx(ONSET, abs=0.01)
+
+
+def test_second_snap_is_detected():
+    t = np.arange(0.0, 6.0, 1.0 / 30.0)
+    twice = moving(t) + moving(np.maximum(t - 1.8, 0.0))
+    assert snap.speed(t, twice).several
+    assert not snap.speed(t, moving(t)).several
+
+
+def test_a_fall_of_the_speed_before_the_peak() -> None:
+    """By hand: from 1 to 6, half-way at 3.5; what falls by 1 of 5 before the onset, and by 2 of 5 behind it."""
+    u = np.array([1.0, 2.0, 1.0, 3.0, 5.0, 3.0, 6.0, 0.0])
+    assert snap.Speed(np.arange(8.0), u, 1.0, 6).fall == pytest.approx(0.4)
+    assert snap.Speed(np.arange(3.0), np.array([1.0, 0.5, 6.0]), 1.0, 2).fall == 0.0
+
+
+def test_noise_at_a_low_gripper_speed_is_no_snap():
+    """Following at 2 mm/s the noise of the points is as fast as the strip; the snap is far above both."""
+    random = np.random.default_rng(5)
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    slow = moving(t) - 0.8 * SLOW * t[:, None, None] * SHAPE
+    together = 4e-4 * random.normal(size=(len(t), 1, 1)) * SHAPE
+    assert snap.speed(t, slow + together).onset == pytest.approx(ONSET, abs=0.05)
