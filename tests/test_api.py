@@ -256,7 +256,7 @@ def test_a_result_is_written_to_a_file_with_a_name(stability_map):
 
 
 @pytest.mark.parametrize(
-    "name", ["stripfold", "stripfold.ask.strip", "stripfold.film.eta", "stripfold.film.measure", "stripfold.ask.inputs"]
+    "name", ["stripfold", "stripfold.ask.strip", "stripfold.film.eta", "stripfold.ask.inputs"]
 )
 def test_examples_in_docstrings(name):
     found = doctest.testmod(import_module(name))

@@ -18,7 +18,7 @@ from filmed import landscape
 from stripfold import cli
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import CalibrationError, InvalidInputError
-from stripfold.film import boards, calibration, camera_motion, recording
+from stripfold.film import calibration, camera_motion, recording
 from stripfold.film.boards import Board, detect
 from stripfold.film.calibration import Calibration, Stops, View, assemble, calibrate_folder, find_stops
 from stripfold.film.camera import Camera, read_camera
@@ -38,28 +38,6 @@ BOARDS = pytest.mark.parametrize("board", [seen.CHESS, seen.CHARUCO], ids=["ches
 def error(found: Array, true: Array) -> float:
     """RMS distance to the nearest true corner, pixels: a chessboard may be numbered from its other end."""
     return float(np.sqrt(np.mean(np.linalg.norm(found[:, None] - true, axis=-1).min(axis=1) ** 2)))
-
-
-def test_blurred_charuco_board() -> None:
-    """Markers that cannot be read are found by those that can, and no corner's window is within the blur."""
-    far = np.array([-0.08, -0.06, 0.65])
-    board = seen.CHARUCO.model_copy(update={"marker": 0.0234})
-    image = seen.board_picture(board, TURN, far, np.random.default_rng(1), 1.2)
-    true = seen.LENS.project(board.points, TURN, far)
-    found = detect(image, board)
-    assert found is not None
-    assert len(found.ids) == len(true)
-    assert error(found.pixels, true) < 0.12
-
-
-def test_part_of_a_charuco_board() -> None:
-    image = seen.board_picture(seen.CHARUCO, TURN, SHIFT, np.random.default_rng(2))
-    true = seen.LENS.project(seen.CHARUCO.points, TURN, SHIFT)
-    image[:, int(true[:, 0].mean()) :] = seen.PAPER
-    corners = detect(image, seen.CHARUCO)
-    assert corners is not None
-    assert boards.MIN_CORNERS <= len(corners.ids) < len(true)
-    np.testing.assert_allclose(corners.pixels, true[corners.ids], atol=0.3)
 
 
 @BOARDS
@@ -148,27 +126,6 @@ def test_intrinsics_written_by_opencv(tmp_path: Path) -> None:
     np.testing.assert_array_equal(camera.distortion, seen.LENS.distortion)
     four = seen.write_intrinsics(tmp_path / "four.yml", distortion_coefficients=seen.LENS.distortion[:4])
     np.testing.assert_array_equal(read_camera(four).distortion, [*seen.LENS.distortion[:4], 0.0])
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"image_width": None}, "image_width is missing"),
-        ({"camera_matrix": None}, "camera_matrix is missing"),
-        ({"image_width": 6.5}, "pixels long"),
-        ({"image_height": -480}, "pixels long"),
-        ({"camera_matrix": 3}, "rows, cols and data"),
-        ({"camera_matrix": np.eye(2)}, "without skew"),
-        ({"camera_matrix": np.full((3, 3), np.nan)}, "finite|Nan"),
-        ({"camera_matrix": np.diag([-500.0, 500.0, 1.0])}, "focal length"),
-        ({"camera_matrix": seen.LENS.matrix * [1, 1, 3] / [[1], [1], [3]]}, "principal point"),
-        ({"distortion_coefficients": np.ones(8)}, "8 numbers"),
-        ({"distortion_coefficients": np.ones(2)}, "2 numbers"),
-    ],
-)
-def test_impossible_intrinsics(tmp_path: Path, changes: dict[str, object], message: str) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        read_camera(seen.write_intrinsics(tmp_path / "camera.yml", **changes))
 
 
 PLACES = np.array([[0.2, 0.12], [0.4, 0.22], [0.6, 0.35], [0.5, 0.08], [0.25, 0.4]])
@@ -266,19 +223,6 @@ def test_planes_that_are_refused() -> None:
         assemble(seen.LENS, wrong, stops, seen.SIDE)
     with pytest.raises(CalibrationError, match=r"sides 0\.7[45]\d? times"):
         assemble(seen.LENS, board, stops, seen.SIDE / 0.75)
-
-
-@pytest.mark.parametrize("name", ["4x4_50", "6x6_250", "apriltag_36h11"])
-def test_corners_of_a_marker(name: str) -> None:
-    place = np.array([0.42, 0.21])
-    picture = seen.marker_picture(name, 3, place, np.random.default_rng(10))
-    corners = Marker(name, 3).corners(picture)
-    assert corners is not None
-    np.testing.assert_allclose(corners, seen.pixels_of(seen.square(place)), atol=0.6)
-    np.testing.assert_allclose(corners.mean(axis=0), seen.pixels_of(place)[0], atol=0.1)
-    assert Marker(name, 4).corners(picture) is None
-    with pytest.raises(InvalidInputError, match=r"marker\.id = 999 .* 0 to"):
-        Marker(name, 999)
 
 
 @pytest.fixture(scope="module")

@@ -85,30 +85,6 @@ def test_what_hides_the_marker_for_a_while_hardly_shifts_the_clock() -> None:
     assert abs(disturbed.offset - 3.0) < 2.0 * disturbed.sd
 
 
-def test_a_noisy_log_prefers_no_phase_between_its_rows() -> None:
-    """Between two rows its noise is less than at a row: without smoothing, offsets gather there."""
-    times = np.arange(0.0, 8.0, 0.04)
-    errors = []
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        robot = log(0.0)
-        noisy = clock.RobotLog(robot.time, robot.x + rng.normal(0.0, 2e-4, len(robot.x)), robot.z)
-        errors.append(clock.synchronise(times, advance(times), 1e-5, noisy, 1e-5, PIXEL).offset)
-    # 0.01 s is half the time between two rows.
-    assert np.sqrt(np.mean(np.square(errors))) < 2.5e-3
-
-
-def test_correlated_noise_widens_the_sd() -> None:
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    x = advance(times)
-    white = clock.synchronise(
-        times, x + np.random.default_rng(0).normal(0, 1e-4, len(times)), 1e-4, log(0.0), 1e-3, PIXEL
-    )
-    waves = clock.synchronise(times, x + 1.4e-4 * np.sin(4.0 * times), 1e-4, log(0.0), 1e-3, PIXEL)
-    assert waves.sd > 2.0 * white.sd
-    assert abs(waves.offset) < 4.0 * waves.sd
-
-
 @pytest.mark.parametrize(
     ("x", "robot", "message"),
     [
@@ -229,19 +205,3 @@ def test_second_snap_is_detected():
     twice = moving(t) + moving(np.maximum(t - 1.8, 0.0))
     assert snap.speed(t, twice).several
     assert not snap.speed(t, moving(t)).several
-
-
-def test_a_fall_of_the_speed_before_the_peak() -> None:
-    """By hand: from 1 to 6, half-way at 3.5; what falls by 1 of 5 before the onset, and by 2 of 5 behind it."""
-    u = np.array([1.0, 2.0, 1.0, 3.0, 5.0, 3.0, 6.0, 0.0])
-    assert snap.Speed(np.arange(8.0), u, 1.0, 6).fall == pytest.approx(0.4)
-    assert snap.Speed(np.arange(3.0), np.array([1.0, 0.5, 6.0]), 1.0, 2).fall == 0.0
-
-
-def test_noise_at_a_low_gripper_speed_is_no_snap():
-    """Following at 2 mm/s the noise of the points is as fast as the strip; the snap is far above both."""
-    random = np.random.default_rng(5)
-    t = np.arange(0.0, 4.0, 1.0 / 30.0)
-    slow = moving(t) - 0.8 * SLOW * t[:, None, None] * SHAPE
-    together = 4e-4 * random.normal(size=(len(t), 1, 1)) * SHAPE
-    assert snap.speed(t, slow + together).onset == pytest.approx(ONSET, abs=0.05)

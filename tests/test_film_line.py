@@ -5,7 +5,6 @@ from __future__ import annotations
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -21,7 +20,6 @@ from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.film import (
     line_kernels,
     pictures,
-    segmentation,
     tracking,
 )
 from stripfold.film.camera import Mapping
@@ -109,15 +107,6 @@ def test_what_holds_the_end_up_to_the_border_is_not_a_strip_that_leaves_the_pict
     assert found.open_ends == (False, leaves)
 
 
-def test_same_from_either_end_and_without_a_start(line: Centreline) -> None:
-    image = drawn.picture(SHARES["hook", 6.0])
-    other = find(image, CURVES["hook"][-1])
-    np.testing.assert_allclose(other.points[::-1], line.points, atol=0.6)
-    left = find(image)
-    assert left.points[0, 0] < left.points[-1, 0]
-    np.testing.assert_allclose(left.reversed().points[::-1], left.points)
-
-
 def test_found_through_a_run_until_the_sag_comes_close() -> None:
     """Where the layers are about to touch only the picture before tells them apart."""
     worst, scaled = 0.0, []
@@ -157,16 +146,6 @@ def test_no_strip_is_an_error() -> None:
         find(empty, source="frame 7")
     with pytest.raises(TrackingError, match="no strip was found"):
         find(np.full((200, 300), 7, np.uint8))
-
-
-def test_mask_includes_dim_parts() -> None:
-    """A strip lit three times as bright at one end as at the other; Otsu's threshold of the whole loses half."""
-    share = SHARES["arc", 6.0]
-    lit = 20.0 + share * np.linspace(60.0, 235.0, SIZE[0])
-    image = np.clip(lit + np.random.default_rng(0).normal(0.0, 3.0, share.shape), 0, 255).astype(np.uint8)
-    found, _ = segmentation.foreground(image, bright=True)
-    assert np.mean(found[share > 0.9]) > 0.98
-    assert np.mean(found[share == 0.0]) < 0.02
 
 
 def saved(tmp_path: Path, array: np.ndarray, name: str = "strip.png", **options: object) -> Path:
@@ -446,18 +425,3 @@ def test_tight_bend_in_a_small_picture_stays_on_the_strip() -> None:
     lengths = [line.length for line in small.track() if line is not None]
     assert len(lengths) == 20
     assert min(lengths) > 0.98 * lengths[0]
-
-
-def test_hidden_bend_does_not_shift_the_material_behind_it() -> None:
-    """In the middle one of five frames a tenth of a straight strip is hidden, and seems half as long."""
-    s = np.linspace(0.0, 0.4, 81)
-    lines = []
-    for cut in (0.0, 0.0, 0.02, 0.0, 0.0):
-        score = np.where((s > 0.1) & (s < 0.14) & (cut > 0.0), 0.0, 1.0)
-        points = np.column_stack([s - cut * np.clip((s - 0.1) / 0.04, 0.0, 1.0), np.zeros(81)])
-        lines.append(Centreline(points, np.zeros(81), np.ones(81), np.full(81, 100.0), score, True))
-    mapping: Any = SimpleNamespace(to_robot=lambda points: points)
-    stations, points, visible = tracking.material_points(lines, mapping)
-    assert visible[2] == pytest.approx(0.38)
-    behind = stations > 0.15
-    np.testing.assert_allclose(points[2, behind, 0], points[1, behind, 0] - 0.02, atol=8e-3)

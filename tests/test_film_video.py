@@ -143,14 +143,6 @@ def test_a_folder_of_frames(tmp_path: Path, suffix: str) -> None:
         video.read(folder, stamps)
 
 
-def test_frames_of_two_sizes(tmp_path: Path) -> None:
-    cv2.imwrite(str(tmp_path / "0.png"), IMAGES[0])
-    cv2.imwrite(str(tmp_path / "1.png"), IMAGES[1][:40])
-    stamps = table(tmp_path / "t.csv", ["0,0", "1,1"])
-    with pytest.raises(InvalidInputError, match="one size"):
-        list(video.read(tmp_path, stamps))
-
-
 @pytest.mark.parametrize("turn", [90, 180, 270])
 def test_rotated_as_the_header_says(films: dict[str, Path], tmp_path: Path, turn: int) -> None:
     data = bytearray(films["libx264"].read_bytes())
