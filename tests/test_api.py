@@ -19,7 +19,7 @@ from stripfold import elastica
 from stripfold.ask import inputs, results
 from stripfold.files import store
 from stripfold.files.reporting import Result
-from stripfold.film import measured
+from stripfold.film import eta, measure
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
 SHORT = sf.Strip(length=0.36, eta_b=3780)
@@ -255,9 +255,7 @@ def test_a_result_is_written_to_a_file_with_a_name(stability_map):
         assert caught.value.key == "file"
 
 
-@pytest.mark.parametrize(
-    "name", ["stripfold", "stripfold.ask.strip", "stripfold.film.measured", "stripfold.ask.inputs"]
-)
+@pytest.mark.parametrize("name", ["stripfold", "stripfold.ask.strip", "stripfold.film.eta", "stripfold.ask.inputs"])
 def test_examples_in_docstrings(name):
     found = doctest.testmod(import_module(name))
     assert found.attempted
@@ -265,7 +263,7 @@ def test_examples_in_docstrings(name):
 
 
 def test_every_result_says_units_and_source():
-    found = [kind for module in (measured, results) for _, kind in inspect.getmembers(module, inspect.isclass)]
+    found = [kind for module in (eta, measure, results) for _, kind in inspect.getmembers(module, inspect.isclass)]
     for kind in found:
         if issubclass(kind, Result) and kind is not Result:
             text = inspect.getdoc(kind) or ""

@@ -11,7 +11,7 @@ import av
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.film.measured import RecordingMeasurement
+from stripfold.film.measure import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
 from verification.common import blank, command, dataset, processor_time, timed_process

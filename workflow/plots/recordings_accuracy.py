@@ -11,7 +11,7 @@ from scipy import stats
 from stripfold.base.arrays import Mask
 from stripfold.draw.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.draw.style import MILLI, figure, styled
-from stripfold.film.measurement import WARNING, half_width
+from stripfold.film.measure import WARNING, half_width
 from verification.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3

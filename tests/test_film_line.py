@@ -1,31 +1,220 @@
-"""The strip followed through a few rendered frames, against the curve that was rendered."""
+"""The strip's centreline in a picture and through a film, against drawn and rendered strips."""
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.spatial import cKDTree
 
-from oracles import following as oracle
+import drawn_strips as drawn
+from stripfold import elastica
 from stripfold.base.arrays import Array, Picture
-from stripfold.base.errors import TrackingError
-from stripfold.film import cross_sections, following, strip_tracker, tracking
-from stripfold.film.centreline import Centreline
-from stripfold.film.frames import Frame
-from stripfold.film.mapping import Mapping
+from stripfold.base.errors import InvalidInputError, TrackingError
+from stripfold.film import (
+    line_kernels,
+    pictures,
+    tracking,
+)
+from stripfold.film.camera import Mapping
+from stripfold.film.line import Centreline, find
+from stripfold.film.video import Frame
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
 
+SIZE = (640, 400)
+
+
+LOOKS = {
+    "sharp": {"blur": 0.8, "noise": 2.0},
+    "noisy": {"blur": 1.5, "noise": 9.0},
+    "dark": {"strip": 30.0, "ground": 150.0},
+}
+
+
+def hook(advance: float = 0.6, shift: float = 0.0) -> drawn.Array:
+    """A state on the way from no horizontal force (0) to the critical point (1)."""
+    return drawn.hook(STATES[round(advance * (len(STATES) - 1))], 33.0, 340.0, 600.0 + shift, 14.5)
+
+
+def _states() -> list[elastica.State]:
+    states = list(elastica.x_axis_branch(2.5, max_step=0.05))
+    return states[: int(np.argmax([state.advance for state in states])) + 1]
+
+
+STATES = _states()
+
+
+CURVES = {"arc": drawn.arc(), "hook": hook()}
+
+
+SHARES = {
+    (name, width): drawn.coverage(curve, width, SIZE) for name, curve in CURVES.items() for width in (2.5, 6.0, 12.0)
+}
+
+
+@pytest.fixture(scope="module")
+def line() -> Centreline:
+    return find(drawn.picture(SHARES["hook", 6.0]), CURVES["hook"][0])
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize(("name", "width"), SHARES)
+def test_strip_in_an_unknown_picture(name: str, width: float, look: str) -> None:
+    curve = CURVES[name]
+    found = find(drawn.picture(SHARES[name, width], **LOOKS[look]), curve[0])
+    off = drawn.errors(found.points, curve)
+    limit = {"sharp": 0.04, "noisy": 0.15, "dark": 0.06}[look]
+    assert np.sqrt(np.mean(off**2)) < limit
+    assert found.bright == (look != "dark")
+    # From the gripper's end along the strip, both ends included.
+    np.testing.assert_allclose(found.points[[0, -1]], curve[[0, -1]], atol=1.5)
+    assert found.length == pytest.approx(drawn.length(curve), abs=1.5)
+    steps = np.hypot(*np.diff(found.points, axis=0).T)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.02)
+    if look == "sharp" and width > 4.0:
+        assert np.median(found.width) == pytest.approx(width, abs=0.15)
+    assert np.median(found.score) > 0.9
+
+
+def test_uncertainty_matches_the_errors() -> None:
+    pooled = []
+    for seed, ((name, _), share) in enumerate(SHARES.items()):
+        for look in LOOKS.values():
+            found = find(drawn.picture(share, 50 + seed, **look), CURVES[name][0])
+            pooled.append(drawn.errors(found.points, CURVES[name]) / found.sd)
+    scaled = np.concatenate(pooled)
+    assert 0.7 < np.std(scaled) < 1.4
+    assert np.mean(np.abs(scaled) < 1.96) > 0.88
+
+
+@pytest.mark.parametrize(("height", "leaves"), [(8, True), (18, False)])
+def test_what_holds_the_end_up_to_the_border_is_not_a_strip_that_leaves_the_picture(height: int, leaves: bool) -> None:
+    """A clamp as dark as the strip, which is 8 pixels wide, over the last 40 pixels."""
+    image = np.full((200, 480), 160, np.uint8)
+    image[96:104, 60:] = image[100 - height // 2 : 100 + height // 2, 440:] = 20
+    found = find(cv2.GaussianBlur(image, (0, 0), 1.0))
+    assert found.points[-1, 0] > 477.0
+    assert found.open_ends == (False, leaves)
+
+
+def test_found_through_a_run_until_the_sag_comes_close() -> None:
+    """Where the layers are about to touch only the picture before tells them apart."""
+    worst, scaled = 0.0, []
+    for i, state in enumerate([state for state in STATES[::3] if state.clearance * 33.0 > 12.0]):
+        curve = drawn.hook(state, 33.0, 340.0, 600.0, 14.5)
+        image = drawn.picture(drawn.coverage(curve, 5.0, SIZE), i)
+        line = find(image, curve[0])
+        off = drawn.errors(line.points, curve)
+        worst = max(worst, float(np.abs(off).max()))
+        scaled.append(off / line.sd)
+        assert np.hypot(*(line.points[0] - curve[0])) < 2.0
+        assert line.length == pytest.approx(drawn.length(curve), abs=3.0)
+    assert worst < 0.6
+    assert 0.7 < np.std(np.concatenate(scaled)) < 1.4
+
+
+def test_hidden_part_is_uncertain() -> None:
+    hidden = drawn.picture(SHARES["arc", 6.0])
+    centre = CURVES["arc"][300].astype(int)
+    hidden[centre[1] - 20 : centre[1] + 20, centre[0] - 18 : centre[0] + 18] = 60
+    found = find(hidden)
+    covered = np.all(np.abs(found.points - centre) < 14, axis=1)
+    assert covered.sum() >= 3
+    assert found.score[covered].max() < 0.4
+    assert found.score[~covered].mean() > 0.9
+    assert found.sd[covered].min() > 2.0 * np.median(found.sd[~covered])
+    # In the middle of what is hidden: some hundredths of how far away the last sight of it is.
+    assert found.sd[covered].max() > 0.3
+    off = drawn.errors(found.points, CURVES["arc"])
+    assert np.abs(off[~covered]).max() < 0.5
+    assert np.abs(off / found.sd).max() < 5.0
+
+
+def test_no_strip_is_an_error() -> None:
+    empty = drawn.picture(np.zeros(SIZE[::-1]))
+    with pytest.raises(TrackingError, match="frame 7: no strip was found"):
+        find(empty, source="frame 7")
+    with pytest.raises(TrackingError, match="no strip was found"):
+        find(np.full((200, 300), 7, np.uint8))
+
+
+def saved(tmp_path: Path, array: np.ndarray, name: str = "strip.png", **options: object) -> Path:
+    path = tmp_path / name
+    Image.fromarray(array).save(path, **options)
+    return path
+
+
+def test_pictures(tmp_path: Path) -> None:
+    grey = drawn.picture(SHARES["arc", 6.0])
+    np.testing.assert_array_equal(pictures.read_grey(saved(tmp_path, grey)), grey)
+    deep = saved(tmp_path, (grey.astype(np.uint16) * 257), "deep.png")
+    np.testing.assert_array_equal(pictures.read_grey(deep), grey)
+    exif = Image.Exif()
+    exif[0x0112] = 6  # the camera was held upright
+    turned = saved(tmp_path, grey, "turned.png", exif=exif)
+    assert pictures.read_grey(turned).shape == grey.shape[::-1]
+
+
+def claiming(png: bytes, side: int) -> bytes:
+    """The same file, whose header says that it is ``side`` pixels wide and high."""
+    header = b"IHDR" + side.to_bytes(4, "big") * 2 + png[24:29]
+    return png[:12] + header + zlib.crc32(header).to_bytes(4, "big") + png[33:]
+
+
+def test_unusable_pictures(tmp_path: Path) -> None:
+    good = saved(tmp_path, drawn.picture(SHARES["arc", 6.0])).read_bytes()
+    contents = {"cut.png": good[: len(good) // 2], "text.jpg": b"not a picture", "empty.png": b""}
+    contents |= {"wide.png": claiming(good, 9000), "bomb.png": claiming(good, 200_000)}
+    for name, content in contents.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InvalidInputError, match=f"image = .*{name}.*at most 50 million pixels") as caught:
+            pictures.read_grey(tmp_path / name)
+        assert "9000 x 9000" in str(caught.value) or name != "wide.png"
+    with pytest.raises(InvalidInputError, match="an existing file"):
+        pictures.read_grey(tmp_path / "none.png")
+    with pytest.raises(InvalidInputError, match="each side 32"):
+        pictures.read_grey(saved(tmp_path, np.zeros((8, 100), np.uint8), "tiny.png"))
+
+
+@pytest.mark.parametrize(("free", "end"), [(10, (406, 2592)), (15, (327, 2496)), (20, (137, 2129)), (25, (20, 2398))])
+def test_hairy_yarn_from_border_to_end(images: Path, free: int, end: tuple[int, int]) -> None:
+    """``end``: where the yarn ends, read off the pictures by eye."""
+    line = find(pictures.read_grey(images / "yarn_bending" / f"acrylic_{free}_1.jpg"))
+    assert line.open_ends == (True, False)
+    assert line.points[0, 0] < 3.0
+    assert np.hypot(*(line.points[-1] - end)) < 0.5 * np.median(line.width)
+    assert np.mean(line.score > 0.8) > 0.6
+
+
+@pytest.mark.parametrize("size", [7, 24, 150])
+def test_compiled_smoothing_solves_its_equations(size: int) -> None:
+    rng = np.random.default_rng(size)
+    values, weights, cutoff = rng.normal(size=(size, 2)), rng.uniform(0.0, 1.0, size), 12.0
+    third = np.diff(np.eye(size), 3, axis=0)
+    matrix = np.diag(weights + 1e-9) + (cutoff / (2.0 * np.pi)) ** 6 * third.T @ third
+    expected = np.linalg.solve(matrix, weights[:, None] * values)
+    np.testing.assert_allclose(line_kernels.smoothed(values, weights, cutoff), expected, atol=1e-9)
+    inverse = np.eye(size)
+    line_kernels.substitute(line_kernels.factor(weights, cutoff), inverse)
+    np.testing.assert_allclose(inverse, np.linalg.inv(matrix), rtol=1e-7, atol=1e-12)
+
+
 PERIOD = 1.0 / 20.0
+
+
 STRIP = 0.45
+
+
 BAND = 0.03 * np.sin(np.radians(4.0) + 0.085 / 0.9) * 480 / 0.32
 """Height of the lying strip in the picture, pixels: its width, seen from above at the camera's tilt."""
 
@@ -40,8 +229,8 @@ class Film:
     corners: list[Array]
     mapping: Mapping
 
-    def tracker(self) -> strip_tracker.StripTracker:
-        return strip_tracker.StripTracker(self.mapping, STRIP, "film")
+    def tracker(self) -> tracking.StripTracker:
+        return tracking.StripTracker(self.mapping, STRIP, "film")
 
     def track(self, pictures: dict[int, Picture] | None = None) -> list[Centreline | None]:
         """The lines in all frames, some of which show other pictures."""
@@ -114,11 +303,6 @@ def lines(film: Film) -> list[Centreline]:
     return found
 
 
-def test_mapping_of_these_tests_is_that_of_the_camera(film: Film) -> None:
-    inside = film.curves[0][5:40]
-    np.testing.assert_allclose(film.mapping.to_pixels(film.mapping.to_robot(inside)), inside, atol=1e-3)
-
-
 def test_line_is_on_the_strip_from_the_gripped_end_to_a_fixed_lying_end(film: Film, lines: list[Centreline]) -> None:
     offset = lines[0].points[0] - film.ends[0]
     assert np.hypot(*offset) < 2.0
@@ -136,24 +320,12 @@ def test_wide_strip_whose_sag_hides_the_gap_to_the_lying_part(dark: bool) -> Non
         assert line is not None
         # Seen is the middle of the band, behind the edge: higher up, and inside of the loop.
         middle = 0.5 * float(np.median(line.width))
-        length = cross_sections.arc_length(true[true[:, 0] < line.points[-1, 0]])[-1]
+        length = line_kernels.arc_length(true[true[:, 0] < line.points[-1, 0]])[-1]
         assert line.length == pytest.approx(length - np.pi * middle, rel=0.05)
         # Beyond its end is a clamp, as dark as a dark strip.
         assert cKDTree(true).query(line.points[:-4])[0].max() < middle + 5.0
         # The thin end at the gripper is part of it.
         assert line.width[2] < 0.7 * middle
-
-
-def test_loop_behind_the_sag_is_found_across_a_gap_in_its_bend() -> None:
-    wide = filmed(1, {"width": 0.08})
-    column, row = wide.curves[0][np.argmin(wide.curves[0][:, 0])].astype(int)
-    image = wide.frames[0].image.copy()
-    image[row - 9 : row + 3, column - 25 : column + 25] = image[row, column - 40]
-    (line,) = wide.track({0: image})
-    assert line is not None
-    # Seen is the middle of the band, inside of the loop; on the short way, over the touch, most of it was missing.
-    assert line.points[:, 0].min() < column + np.median(line.width)
-    assert cKDTree(wide.curves[0]).query(line.points[:-4])[0].max() < 0.5 * np.median(line.width) + 5.0
 
 
 def test_first_line_is_measured_until_it_is_on_its_own_layer_where_they_touch() -> None:
@@ -167,37 +339,16 @@ def test_first_line_is_measured_until_it_is_on_its_own_layer_where_they_touch() 
     assert np.ptp(lengths) < 0.005 * np.mean(lengths)
 
 
-def test_first_line_keeps_to_its_own_layer_where_the_sag_is_low() -> None:
-    """With a search that reaches the other layer the loop is left out, a fifth of the length."""
-    wide = filmed(20, {"width": 0.08}, target=[0.055, 0.085])
-    for frame, end, corners, true in list(zip(wide.frames, wide.ends, wide.corners, wide.curves, strict=True))[-3:]:
-        line = wide.tracker()(frame, end, corners)
-        assert line is not None
-        # Seen is the inner side of the bends.
-        seen = cross_sections.arc_length(true[true[:, 0] < line.points[-1, 0]])[-1]
-        assert line.length == pytest.approx(0.97 * seen, rel=0.02)
-
-
 @pytest.mark.parametrize("beyond", [-3, 40])
 def test_strip_described_longer_is_noticed_where_its_end_is_in_the_picture(beyond: int) -> None:
     """The end may be close to the border, or the border beyond a table's rim that looks a little like the strip."""
     film = filmed(1)
     image = film.frames[0].image[:, : round(film.curves[0][-1, 0]) + beyond].copy()
-    tracker = strip_tracker.StripTracker(film.mapping, 0.52, "film")
+    tracker = tracking.StripTracker(film.mapping, 0.52, "film")
     later = [replace(film.frames[0], image=image, time=time) for time in (0.0, 1.0)]
     assert tracker(later[0], film.ends[0], film.corners[0]) is None
     with pytest.raises(TrackingError, match=r"4[34]\d mm of the strip are seen, its length is 520 mm"):
         tracker(later[1], film.ends[0], film.corners[0])
-
-
-def test_strip_that_leaves_the_picture_may_be_longer() -> None:
-    film = filmed(1)
-    image = film.frames[0].image[:, : round(film.curves[0][-1, 0]) - 10].copy()
-    line = strip_tracker.StripTracker(film.mapping, 0.52, "film")(
-        replace(film.frames[0], image=image), film.ends[0], film.corners[0]
-    )
-    assert line is not None
-    assert line.open_ends == (False, True)
 
 
 @pytest.mark.parametrize("grey", [5, 90, 235])
@@ -233,15 +384,6 @@ def test_strip_is_searched_until_it_is_there(film: Film) -> None:
     assert [line is None for line in found[:4]] == [True, True, True, False]
     with pytest.raises(TrackingError, match="no strip was found"):
         film.track(film.blank(range(26)))
-
-
-def test_strip_with_a_hidden_bend_in_the_first_frames_is_waited_for(film: Film) -> None:
-    """Something in front of the loop makes sag and lying part look like one strip, much too short."""
-    background = int(np.median(film.frames[0].image[:40]))
-    left = float(film.curves[0][:, 0].min())
-    found = film.track(film.behind_bar(dict.fromkeys(range(5), left + 20.0), 90.0, background))
-    assert all(line is None for line in found[:5])
-    film.assert_on_strip(5, found[5])
 
 
 def test_strip_hidden_for_long_is_an_error(film: Film) -> None:
@@ -283,95 +425,3 @@ def test_tight_bend_in_a_small_picture_stays_on_the_strip() -> None:
     lengths = [line.length for line in small.track() if line is not None]
     assert len(lengths) == 20
     assert min(lengths) > 0.98 * lengths[0]
-
-
-def test_strip_is_found_where_it_was_after_a_wrong_velocity(film: Film) -> None:
-    tracker = film.tracker()
-    for i in range(4):
-        tracker(film.frames[i], film.ends[i], film.corners[i])
-    tracker._motion = np.tile([3000.0, -3000.0], (strip_tracker.POINTS, 1))
-    film.assert_on_strip(4, tracker(film.frames[4], film.ends[4], film.corners[4]))
-
-
-def test_hidden_bend_does_not_shift_the_material_behind_it() -> None:
-    """In the middle one of five frames a tenth of a straight strip is hidden, and seems half as long."""
-    s = np.linspace(0.0, 0.4, 81)
-    lines = []
-    for cut in (0.0, 0.0, 0.02, 0.0, 0.0):
-        score = np.where((s > 0.1) & (s < 0.14) & (cut > 0.0), 0.0, 1.0)
-        points = np.column_stack([s - cut * np.clip((s - 0.1) / 0.04, 0.0, 1.0), np.zeros(81)])
-        lines.append(Centreline(points, np.zeros(81), np.ones(81), np.full(81, 100.0), score, True))
-    mapping: Any = SimpleNamespace(to_robot=lambda points: points)
-    stations, points, visible = tracking.material_points(lines, mapping)
-    assert visible[2] == pytest.approx(0.38)
-    behind = stations > 0.15
-    np.testing.assert_allclose(points[2, behind, 0], points[1, behind, 0] - 0.02, atol=8e-3)
-
-
-def test_missing_length_is_attributed_to_hidden_parts() -> None:
-    arc, score = np.linspace(0.0, 1.0, 101), np.ones(101)
-    score[30:41] = 0.0
-    found = tracking.corrected_arc(arc, score, 1.05)
-    assert found[-1] == pytest.approx(1.05)
-    assert np.diff(found)[31:39] == pytest.approx(np.diff(found)[31])
-    assert found[30] - arc[30] < 0.15 * 0.05
-    assert found[40] - arc[40] > 0.75 * 0.05
-    np.testing.assert_allclose(tracking.corrected_arc(arc, np.ones(101), 1.05), 1.05 * arc)
-
-
-@pytest.mark.parametrize(
-    ("length", "plausible"), [(0.4, True), (0.395, True), (0.398, False), (0.403, False), (0.39, False)]
-)
-def test_length_grows_slowly_or_returns_to_the_usual_one(film: Film, length: float, plausible: bool) -> None:
-    tracker = film.tracker()
-    tracker._first_length, tracker._lengths = 0.4, [(0.0, 0.4), (0.04, 0.4), (0.08, 0.394)]
-    assert tracker._plausible(length, 0.04) == plausible
-
-
-def test_marker_is_removed_from_the_picture(film: Film) -> None:
-    image = film.frames[0].image.copy()
-    corners = np.array([[300.0, 40.0], [340.0, 40.0], [340.0, 80.0], [300.0, 80.0]])
-    cv2.fillConvexPoly(image, corners.astype(np.int32), (255,))
-    before = image.copy()
-    cleared = strip_tracker.without_marker(image, corners)
-    np.testing.assert_array_equal(image, before)
-    assert cleared[40:80, 300:340].max() < 200
-    changed = np.argwhere(cleared != image)
-    assert np.abs(changed - [60, 320]).max() <= 33
-
-
-def test_places_nearer_to_another_layer_are_rejected() -> None:
-    curve = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0, 12.0], [0.0, 12.0]])
-    places = curve + np.array([[0.0, 5.0], [0.0, 7.0], *[[0.0, 0.0]] * 4])
-    assert cross_sections.on_own_layer(places, curve, 2).tolist() == [True, False, True, True, True, True]
-
-
-def test_only_the_outer_edge_counts_next_to_another_layer() -> None:
-    """Two bands with blurred edges and a gap too narrow to be seen; the upper one is next to the gripper."""
-    x = np.arange(20.0, 160.0, 4.0)
-    upper = np.column_stack([x[::-1], np.full(len(x), 40.0)])
-    curve = np.concatenate([upper, [[10.0, 44.0]], upper[::-1] + np.array([0.0, 8.0])])
-    across, width = cross_sections.normals(curve), np.full(len(curve), 6.0)
-    side = oracle.free_side(curve, across, width, 8)
-    up = np.sign(across[:, 1])
-    assert np.all(side[5:25] == -up[5:25])
-    assert np.all(side[-25:-5] == up[-25:-5])
-    assert not oracle.free_side(curve, across, width - 3.0, 8).any()
-    image = np.full((90, 180), 40, np.uint8)
-    for y in (40, 48):
-        image[y - 3 : y + 4, 15:165] = 200
-    image = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.5), dtype=np.uint8)
-    seen = oracle.edges_beside(image, curve[5:25], across[5:25], np.full(20, 7.0), side[5:25])
-    assert np.abs(seen.offset).max() < 0.25
-    assert np.all(seen.found)
-    both = cross_sections.edges_at(image, curve[5:25], across[5:25], 7.0, True)
-    assert np.abs(both.offset).min() > 0.5
-
-
-def test_curve_is_cut_or_extended_to_its_ends() -> None:
-    curve = np.column_stack([np.linspace(0.0, 10.0, 11), np.zeros(11)])
-    for ends in ([[-2.0, 1.0], [8.0, -1.0]], [[1.0, 0.0], [13.0, 0.0]]):
-        points, places = following.between_ends(curve, np.array(ends), 11)
-        expected = np.linspace(ends[0][0], ends[1][0], 11)
-        np.testing.assert_allclose(points, np.column_stack([expected, np.zeros(11)]), atol=1e-9)
-        np.testing.assert_allclose(places, expected, atol=1e-9)
