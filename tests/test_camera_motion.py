@@ -9,7 +9,6 @@ import pytest
 from filmed import landscape
 from stripfold.base.arrays import Array, Picture
 from stripfold.film import camera_motion
-from stripfold.film.camera_motion import Shift
 from stripfold.film.gripper import Track
 from stripfold.film.thumbnails import Thumbnails
 
@@ -47,13 +46,6 @@ def test_a_camera_at_rest_is_not():
     assert found.problem == ""
 
 
-def test_of_another_room_nothing_is_said():
-    for seed in range(4):
-        found = camera_motion.between(room(), landscape(seed, *SIZE[::-1]).astype(np.float64))
-        assert not found.moved
-        assert "unknown" in found.problem
-
-
 def crosses(seed: int) -> Array:
     """A wall with crosses at random places: each resembles another one."""
     random = np.random.default_rng(seed)
@@ -61,31 +53,6 @@ def crosses(seed: int) -> Array:
     for x, y in np.mgrid[20:400:45, 20:300:45].reshape(2, -1).T + random.integers(-8, 9, (63, 2)):
         cv2.drawMarker(picture, (int(x), int(y)), (30.0,), cv2.MARKER_CROSS, 12, 3)
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.8) + random.normal(0.0, 1.0, picture.shape))
-
-
-def test_of_a_room_whose_things_were_moved_nothing_is_said():
-    for seed in range(0, 12, 2):
-        assert not camera_motion.between(crosses(seed), crosses(seed + 1)).moved
-
-
-def test_along_an_edge_no_shift_is_seen():
-    noise = np.random.default_rng(0).normal(0.0, 1.0, (3, *SIZE[::-1]))
-    table = np.where(np.arange(SIZE[1]) < 200, 60.0, 90.0)[:, None]
-    still = camera_motion.between(table + noise[0], table + noise[1])
-    assert np.isnan(still.x)
-    assert still.y == pytest.approx(0.0, abs=0.4)
-    assert not still.moved
-    lower = camera_motion.between(table + noise[0], np.roll(table, 4, axis=0) + noise[2])
-    assert lower.y == pytest.approx(4.0, abs=0.4)
-    assert lower.moved
-    assert "moved by 8.0 px" in Shift(np.nan, 4.0, True).times(2.0).problem
-
-
-def test_the_background_of_the_stops_has_no_gripper():
-    pictures = np.array([room(seed=k) for k in range(9)]).astype(np.uint8)
-    for k, picture in enumerate(pictures):
-        picture[: 60 + 10 * (k // 3), 40 + 60 * (k % 3) :][:, :30] = 200
-    np.testing.assert_allclose(camera_motion.background(pictures), room(seed=20), atol=8.0)
 
 
 def film(jump: tuple[float, float], camera: bool, at: int = 30) -> tuple[Track, Thumbnails]:
@@ -111,12 +78,3 @@ def test_a_knock_in_the_film():
     assert camera_motion.knock(*film((0.0, 0.0), True)) is None
     # The robot jerks, the camera stands still.
     assert camera_motion.knock(*film((2.6, -2.0), False)) is None
-
-
-def test_a_knock_while_the_marker_is_hidden():
-    stops = np.array([room(seed=100 + k) for k in range(6)]).astype(np.uint8)
-    _, kept = film((6.0, -4.0), True)
-    assert not camera_motion.since_stops(stops, kept).moved
-    now = camera_motion.since_stops(stops, kept, slice(-1, None))
-    assert now.moved
-    np.testing.assert_allclose((now.x, now.y), (6.0, -4.0), atol=0.5)

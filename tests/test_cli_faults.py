@@ -87,7 +87,8 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path, write: str) 
     """A file that may not grow is what a full disk is."""
     code = (
         "import resource, sys\nimport xarray as xr\nfrom matplotlib.figure import Figure\n"
-        "from numpy.random import random\nimport made_up\nfrom stripfold import cli, store\n"
+        "from numpy.random import random\nimport made_up\nfrom stripfold import cli\n"
+        "from stripfold.files import store\n"
         "from stripfold.draw.film import film\nfrom stripfold.draw.save import save_as\n"
         "from stripfold.synthetic import recording as calibration\nfrom stripfold.synthetic.scene import Scene\n"
         # Python itself would leave the bytecode of what is imported from here on cut, for all later processes.

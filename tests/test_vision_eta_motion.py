@@ -121,10 +121,6 @@ def measured(
     return eta_motion.measure(asked, mapping(), tracks, event, event, True, (*by_hand, 1e-4))
 
 
-def test_the_cameras_place_follows_from_its_calibration():
-    np.testing.assert_allclose(eta_motion.camera_place(mapping()), [0.02, 0.15, 0.8], atol=1e-6)
-
-
 @pytest.mark.parametrize("depth", [0.0, 0.5 * WIDTH, WIDTH])
 def test_eta_b_and_depth_from_made_up_tracks(depth: float):
     """The described eta_b, which is two thirds of the true one, has no part in it."""
@@ -134,23 +130,6 @@ def test_eta_b_and_depth_from_made_up_tracks(depth: float):
     assert known.depth == pytest.approx(depth, abs=1e-3)
     assert known.low < ETA_B < known.high
     assert known.friction < 1e-3
-
-
-@pytest.mark.parametrize("off", [-0.015, 0.015])
-def test_a_wrong_flat_end_is_seen_in_the_shapes(off: float):
-    tracks = seen(0.5 * WIDTH)
-    assert not eta_motion.doubted(measured(tracks))
-    wrong = measured(tracks, off)
-    assert "are gripper.flat_end" in eta_motion.doubted(wrong)
-    assert eta_motion.numbers(wrong)["misfit"] > 0.012 * UNIT
-
-
-def test_the_interval_includes_an_error_of_the_flat_end():
-    tracks = seen(0.5 * WIDTH)
-    exact, by_hand = (measured(tracks, 0.002, sd, friction_moment=0.0, rho_a=0.2) for sd in ((0.0, 0.0), (1e-3, 1e-3)))
-    assert exact.low > ETA_B
-    assert by_hand.low < ETA_B < by_hand.high
-    assert by_hand.eta_b == exact.eta_b
 
 
 def test_friction_is_fitted_unless_it_is_described():
@@ -168,15 +147,6 @@ def test_friction_is_fitted_unless_it_is_described():
     assert wrong.high - wrong.low < 0.6 * (fitted.high - fitted.low)
 
 
-def test_another_described_eta_b_is_contradicted():
-    found = measured(seen(0.0), friction_moment=0.0, rho_a=0.2)
-    assert isinstance(found, MotionEtaB)
-    strip = recording().entries.strip
-    assert "described is 2500" in found.contradicts(strip)
-    assert not found.contradicts(strip.model_copy(update={"eta_b_interval": (2400.0, 3770.0)}))
-    assert not found.contradicts(strip.model_copy(update={"eta_b": ETA_B}))
-
-
 def test_no_number_where_there_is_none():
     tracks = seen(0.0)
     few = SimpleNamespace(**{**vars(tracks), "seen": np.arange(40) < 4})
@@ -188,20 +158,3 @@ def test_no_number_where_there_is_none():
     numbers = eta_motion.numbers(other)
     assert numbers.pop("misfit") > 0.03 * UNIT
     assert all(np.isnan(value) for value in numbers.values())
-
-
-def test_the_result_of_a_measurement_has_it():
-    found = MotionEtaB(ETA_B, 3700.0, 3850.0, 0.01, True, 0.01, 1e-4, 40)
-    assert eta_motion.numbers(found) == {
-        "eta_b_motion": ETA_B,
-        "eta_b_motion_low": 3700.0,
-        "eta_b_motion_high": 3850.0,
-        "friction_motion": 0.01,
-        "misfit": 1e-4,
-    }
-
-
-@pytest.mark.parametrize("z", [1.8, 2.9, 4.1, 11.0, 52.0])
-def test_the_start_of_the_fit_is_the_strip_that_snaps_there(z: float) -> None:
-    advance = 0.1 / z * elastica.critical(z).advance
-    assert eta_motion._unit_at_snap(0.1, advance) == pytest.approx(0.1 / z, rel=1e-3)

@@ -14,17 +14,16 @@ import pytest
 import boards_seen as seen
 from stripfold.base.arrays import Array
 from stripfold.base.errors import CalibrationError, InvalidInputError
-from stripfold.film import calibration, intrinsics, recording
+from stripfold.film import intrinsics, recording
 from stripfold.film.boards import Board
 from stripfold.film.calibration import Calibration, assemble, calibrate_folder
 from stripfold.film.camera import Camera
-from stripfold.film.mapping import Mapping, fit_similarity, scale, transform
+from stripfold.film.mapping import fit_similarity, scale, transform
 from stripfold.film.marker import Marker
 from stripfold.film.recording import Entries
 from stripfold.film.robot_grid import Stops, find_stops
 
 PLACES = np.array([[0.2, 0.12], [0.4, 0.22], [0.6, 0.35], [0.5, 0.08], [0.25, 0.4]])
-IDEAL = Camera(np.array([[800.0, 0.0, 319.5], [0.0, 800.0, 239.5], [0.0, 0.0, 1.0]]), np.zeros(5), (640, 480))
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -49,12 +48,6 @@ def test_similarity(mirrored: bool) -> None:
         assert np.sum((transform(other, plane) - rough) ** 2) > least
 
 
-def test_undistorted_pixels_of_a_wide_angle_lens() -> None:
-    camera = Camera(seen.LENS.matrix, np.array([-0.4, 0.15, 0.001, -0.0005, 0.0]), seen.SIZE)
-    pixels = np.stack(np.meshgrid(np.linspace(0.0, 639.0, 9), np.linspace(0.0, 479.0, 7)), axis=-1).reshape(-1, 2)
-    np.testing.assert_allclose(camera.distort(camera.undistort(pixels)), pixels, atol=1e-8)
-
-
 def exact() -> Calibration:
     random = np.random.default_rng(1)
     return assemble(seen.LENS, seen.plane_board(0.0, random), seen.stops(0.0, 0.0, random), seen.SIDE)
@@ -69,16 +62,6 @@ def test_mapping_and_back() -> None:
     assert found.quality["camera_uncertainty"] == "taken as zero"
     assert found.quality["robot_scale"] == pytest.approx(1.0, abs=1e-5)
     assert found.quality["marker_side"] == pytest.approx(1.0, abs=1e-5)
-
-
-def test_resolution() -> None:
-    frontal = Mapping(IDEAL, np.array([[0.002, 0.0, -0.3], [0.0, -0.002, 0.2], [0.0, 0.0, 1.0]]))
-    assert frontal.resolution(np.array([3.0, 4.0])) == pytest.approx(0.002, rel=1e-6)
-    # With a tilt: the area that a small square of pixels covers, by its corners.
-    mapping = exact().mapping
-    corners = mapping.to_robot(np.array([[400.0, 300.0], [402.0, 300.0], [402.0, 302.0], [400.0, 302.0]]))
-    area = cv2.contourArea(((corners - corners[0]) * 1e3).astype(np.float32)) * 1e-6
-    assert mapping.resolution(np.array([401.0, 301.0])) == pytest.approx(np.sqrt(area) / 2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -101,22 +84,6 @@ def test_predicted_spread_is_the_true_error(corner: float, place: float, camera:
         draws = np.array([found.resample(random).to_robot(pixels) for _ in range(40)])
         normalised.append((found.mapping.to_robot(pixels) - PLACES) / draws.std(axis=0))
     assert 0.8 < np.sqrt(np.mean(np.square(normalised))) < 1.25
-
-
-def test_few_residuals_give_wider_noise() -> None:
-    """The size of the noise follows a scaled inverse chi-square distribution, whose mean exceeds the residuals'."""
-    random = np.random.default_rng(13)
-    noise = np.array([calibration._noise(1.0, 9, 4, random) for _ in range(4000)])
-    assert np.mean(noise**2) == pytest.approx(9.0 / (2 * 9 - 4 - 2), rel=0.03)
-
-
-def test_draws_are_reproducible() -> None:
-    random = np.random.default_rng(7)
-    source = intrinsics.calibrate(seen.views(9, 0.1, random), seen.SIZE)
-    found = assemble(source, seen.plane_board(0.1, random), seen.stops(0.1, 1e-4, random), seen.SIDE)
-    one, same, other = (found.resample(np.random.default_rng(seed)).to_robot(PLACES * 500.0) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one, same)
-    assert np.all(one != other)
 
 
 def placed(change: Callable[[Array], Any]) -> Callable[[Stops], Stops]:
@@ -173,19 +140,6 @@ def test_planes_that_are_refused() -> None:
         assemble(seen.LENS, wrong, stops, seen.SIDE)
     with pytest.raises(CalibrationError, match=r"sides 0\.7[45]\d? times"):
         assemble(seen.LENS, board, stops, seen.SIDE / 0.75)
-
-
-@pytest.mark.parametrize("name", ["4x4_50", "6x6_250", "apriltag_36h11"])
-def test_corners_of_a_marker(name: str) -> None:
-    place = np.array([0.42, 0.21])
-    picture = seen.marker_picture(name, 3, place, np.random.default_rng(10))
-    corners = Marker(name, 3).corners(picture)
-    assert corners is not None
-    np.testing.assert_allclose(corners, seen.pixels_of(seen.square(place)), atol=0.6)
-    np.testing.assert_allclose(corners.mean(axis=0), seen.pixels_of(place)[0], atol=0.1)
-    assert Marker(name, 4).corners(picture) is None
-    with pytest.raises(InvalidInputError, match=r"marker\.id = 999 .* 0 to"):
-        Marker(name, 999)
 
 
 @pytest.fixture(scope="module")
@@ -277,20 +231,3 @@ def test_a_picture_outside_the_folder(tmp_path: Path, name: str) -> None:
     (folder / "robot.csv").write_text(f"image,x,z\n{name},0,1\n", encoding="utf-8")
     with pytest.raises(InvalidInputError, match="inside the recording's folder"):
         find_stops(folder, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
-
-
-def test_a_table_without_stops(tmp_path: Path) -> None:
-    (tmp_path / "robot.csv").write_text("image,x,z\n", encoding="utf-8")
-    stops = find_stops(tmp_path, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
-    with pytest.raises(CalibrationError, match="0 stops"):
-        assemble(seen.LENS, seen.plane_board(0.0, np.random.default_rng(0)), stops, seen.SIDE)
-
-
-def test_a_bad_picture_among_the_views(filmed: tuple[Path, Entries], tmp_path: Path) -> None:
-    folder = copytree(filmed[0], tmp_path / "recording")
-    blank(folder, "camera/3.png", (320, 240))
-    with pytest.raises(CalibrationError, match=r"3\.png: 320 x 240"):
-        calibrate_folder(folder, filmed[1])
-    (folder / "camera/3.png").write_text("text", encoding="utf-8")
-    with pytest.raises(InvalidInputError, match=r"3\.png"):
-        calibrate_folder(folder, filmed[1])

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import base64
 import copy
 import json
 import pickle
-import re
 import shutil
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import xarray as xr
 
 from filmed_truth import event_of
-from stripfold import cli, elastica
+from stripfold import cli
 from stripfold.base.arrays import Array, Mask
-from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
-from stripfold.base.material import GRAVITY, Material
+from stripfold.base.errors import InvalidInputError, MeasurementError
 from stripfold.files import store
-from stripfold.film import measure, measurement, measurement_figure, recording, report, report_pictures, snap, video
+from stripfold.film import measure, measurement, measurement_figure, recording, report
 from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.camera_motion import Shift
 from stripfold.film.measured import RecordingMeasurement
 from stripfold.film.measurement import Measurement
-from stripfold.film.model import model_value
 from stripfold.film.recording import Entries, ManualOnset, Recording
 from stripfold.film.tracking import Tracks, track
 from stripfold.synthetic.recording import history_of, write_recording
@@ -105,30 +100,6 @@ def test_a_measurement_goes_through_pickle(found: Measurement):
         hash(result)
 
 
-def test_frames_that_repeat_the_one_before_do_not_move_the_clock(snapping: Made, found: Measurement):
-    recording, calibration, tracks = snapping
-    repeated = np.zeros(len(tracks.grip_time), dtype=bool)
-    repeated[31::2] = True
-    end = tracks.gripped_end.copy()
-    end[repeated] = end[np.flatnonzero(repeated) - 1]
-    told = replace(tracks, gripped_end=end, timing=replace(tracks.timing, doubled=repeated))
-    clock = measure.evaluate(recording, calibration, told).clock
-    assert clock is not None
-    assert found.clock is not None
-    assert clock.offset == pytest.approx(found.clock.offset, abs=found.clock.sd)
-
-
-def test_repeated_frames_of_a_film_that_codes_changes_are_noticed(tmp_path: Path):
-    asked, _, tracks = made(tmp_path / "recording", {"codec": "mpeg4", "container": "mp4", "doubled": 0.1})
-    shown = np.array(json.loads((asked.folder / "truth.json").read_text(encoding="utf-8"))["frames"]["shown"])
-    first, last = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
-    moving = (tracks.timing.time > first) & (tracks.timing.time < last)
-    repeated = moving & (np.diff(shown, prepend=-1.0) <= 0.0)
-    assert repeated.sum() > 5
-    np.testing.assert_array_equal(tracks.timing.doubled[moving], repeated[moving])
-    assert any("frames repeat the one before" in text for text in tracks.timing.problems)
-
-
 def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: Measurement):
     flat_end = snapping[0].entries.gripper.flat_end
     moved = evaluated(snapping, gripper={"flat_end": flat_end + 0.01})
@@ -137,33 +108,6 @@ def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snappin
     tracks = replace(snapping[2], gripped_end=mirror * snapping[2].gripped_end, points=mirror * snapping[2].points)
     other = evaluated(snapping, tracks, gripper={"direction": -1, "flat_end": -flat_end}, robot_log=None)
     assert other.event == pytest.approx(found.by_video)
-
-
-@pytest.mark.parametrize("log", [True, False])
-def test_the_interval_includes_what_is_measured_by_hand(snapping: Made, found: Measurement, log: bool):
-    """Unless less is stated, as in a synthetic recording."""
-    stated = evaluated(snapping, **({} if log else {"robot_log": None}))
-    entries = snapping[0].entries.model_dump(mode="json", exclude_unset=True)
-    del entries["gripper"]["flat_end_uncertainty"], entries["gripper"]["marker"]["offset_uncertainty"]
-    if not log:
-        del entries["robot_log"]
-    for error in (-1.9e-3, 1.9e-3):
-        entries["gripper"]["flat_end"] = snapping[0].entries.gripper.flat_end + error
-        unstated = measure.evaluate(Recording(snapping[0].folder, Entries.of(entries)), *snapping[1:])
-        low, high = unstated.interval
-        assert low < stated.event < high
-        # With a log the offset has a part in the clocks only.
-        assert unstated.sd == pytest.approx(1.02e-3 if log else 1.44e-3, rel=0.05)
-    assert stated.interval[1] - stated.interval[0] < 1e-3
-
-
-def test_rolling_shutter_delays_the_rows(snapping: Made, found: Measurement):
-    """The same film of a camera that takes 30 ms from its first row to its last: its rows are later."""
-    asked, calibration, _ = snapping
-    later = track(Recording(asked.folder, changed(asked.entries, camera={"rolling_shutter": 0.03})), calibration)
-    rows = later.gripper.centre[:, 1] / 239.0
-    np.testing.assert_allclose(later.grip_time - later.timing.time, 0.03 * rows, atol=2e-4)
-    assert np.all(later.strip_time[later.seen] > later.grip_time[later.seen])
 
 
 def test_manual_onset_is_used_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
@@ -212,12 +156,6 @@ def test_contradiction_of_film_and_description_is_refused(snapping: Made, grippe
         evaluated(snapping, gripper=gripper)
 
 
-def test_strip_longer_than_described_is_refused(snapping: Made):
-    asked, calibration, _ = snapping
-    with pytest.raises(MeasurementError, match=r"of the strip are seen, strip\.length = 380 mm"):
-        track(Recording(asked.folder, changed(asked.entries, strip={"length": 0.38})), calibration)
-
-
 def copied(made: Made, folder: Path) -> Path:
     """The recording in another folder, without a result."""
     return Path(shutil.copytree(made[0].folder, folder, ignore=shutil.ignore_patterns("result")))
@@ -253,22 +191,6 @@ def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement
     assert abs(fewer.event - found.event) < 3.0 * fewer.sd
 
 
-def test_strip_may_be_lost_once_it_has_landed(snapping: Made, found: Measurement):
-    """There the layers hide each other; before, it is the error of the tracker."""
-    tracks, peak = snapping[2], found.motion.t[found.motion.peak]
-    error = TrackingError("video", "the strip is lost", "the strip in view", "light it")
-    for end, holds in ((peak + 0.12, True), (found.event_time - 0.2, False)):
-        gone = tracks.strip_time > end
-        assert gone.any()
-        points = np.where(gone[:, None, None], np.nan, tracks.points)
-        known = replace(tracks, points=points, strip_time=np.where(gone, np.nan, tracks.strip_time), lost=error)
-        if holds:
-            assert evaluated(snapping, known).event == pytest.approx(found.event, abs=2e-4)
-        else:
-            with pytest.raises(TrackingError, match="the strip is lost"):
-                evaluated(snapping, known)
-
-
 def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     early = some_frames(snapping[2], snapping[2].timing.time < 1.6)
     none = evaluated(snapping, early, robot_log=None)
@@ -292,67 +214,12 @@ def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
         evaluated(longer, late, robot_log=None)
 
 
-def test_several_bursts_are_flagged(snapping: Made, found: Measurement):
-    assert not any("several bursts" in flag.text for flag in found.flags)
-    tracks = snapping[2]
-    peak = found.motion.t[found.motion.peak]
-    earlier = np.clip((tracks.timing.time - peak + 1.0) / 0.05, 0.0, 1.0)
-    points = tracks.points + snap.WINDOW * found.motion.u.max() * earlier[:, None, None] * [1.0, 0.0]
-    twice = evaluated(snapping, replace(tracks, points=points))
-    assert any("several bursts" in flag.text for flag in twice.flags)
-
-
 def test_frames_of_another_size_than_the_calibration_are_refused(snapping: Made):
     asked, calibration, _ = snapping
     mapping = calibration.mapping
     other = replace(mapping, camera=replace(mapping.camera, size=(320, 200)))
     with pytest.raises(MeasurementError, match=r"frames of 320 x 240 pixels; needed is 320 x 200"):
         track(asked, replace(calibration, mapping=other))
-
-
-@pytest.mark.parametrize("count", [1, 3, 9])
-def test_a_film_of_few_frames_is_refused(count: int, snapping: Made, tmp_path: Path):
-    asked, calibration, _ = snapping
-    folder = copied(snapping, tmp_path / "short")
-    (folder / "frames").mkdir()
-    film = cv2.VideoCapture(str(folder / asked.entries.video))
-    for i in range(count):
-        cv2.imwrite(str(folder / f"frames/{i}.png"), film.read()[1])
-    times = "".join(f"{i},{0.04 * i}\n" for i in range(count))
-    (folder / "timestamps.csv").write_text(f"frame,t\n{times}", encoding="utf-8")
-    short = changed(asked.entries, video="frames", timestamps="timestamps.csv")
-    with pytest.raises(MeasurementError, match=f"frames: {count} frames; needed is at least 10"):
-        track(Recording(folder, short), calibration)
-
-
-def test_too_few_frames_are_refused(snapping: Made):
-    tracks = snapping[2]
-    lost = np.full_like(tracks.strip_time, np.nan)
-    lost[:5] = tracks.strip_time[:5]
-    with pytest.raises(MeasurementError, match="at least 10"):
-        evaluated(snapping, replace(tracks, strip_time=lost))
-
-
-def test_the_models_value_is_shown_beside_the_measured_one(snapping: Made, found: Measurement):
-    unit = Material(3780.0).gravity_length
-    assert found.model.without_friction == pytest.approx(elastica.critical(0.1 / unit).advance * unit)
-    assert np.isnan(found.model.low)
-    assert np.isnan(found.model.with_friction)
-    moment = 0.01 * 0.2 * GRAVITY * unit**2  # 0.01 rho_a g L*^2
-    strip = {"eta_b_interval": [3600.0, 4000.0], "friction_moment": moment, "rho_a": 0.2}
-    known = evaluated(snapping, strip=strip)
-    # lambda_c grows with L* at a given height: the softest strip has the least.
-    ends = [elastica.critical(0.1 / u).advance * u for u in (Material(e).gravity_length for e in (4000.0, 3600.0))]
-    assert [known.model.low, known.model.high] == pytest.approx(ends)
-    assert known.model.with_friction - known.model.without_friction == pytest.approx(0.0974 * unit, rel=0.01)
-    numbers = RecordingMeasurement(known).to_dict()
-    assert numbers["lambda_model"] == known.model.without_friction
-    assert numbers["lambda_model_friction"] == known.model.with_friction
-    shown = str(RecordingMeasurement(known))
-    assert f"{1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm from that of eta_b" in shown
-    assert "with the fabric's friction" in shown
-    none = model_value(changed(snapping[0].entries, strip={"eta_b": 100.0}))
-    assert np.isnan(none.without_friction)
 
 
 def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
@@ -375,58 +242,6 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
     assert page.count("<svg") == 1
     assert page.count('src="data:video/mp4;base64,') == page.count('poster="data:image/jpeg;base64,') == 1
     assert "<script" not in page
-
-
-def test_report_gives_units_pass_marks_and_the_meaning_of_its_words(found: Measurement):
-    page = report.html(found)
-    value = found.calibration.quality["plane_rms"]
-    cells = ("corners off the folding plane</td>", f">{value:.4g} px</td>", ">at most 0.35 px</td>")
-    assert re.search(".*?".join(map(re.escape, cells)), page)
-    rows = report.calibration_rows({"resolution": 2.5e-4, "another_number": 3.0})
-    assert rows == [("size of a pixel there", "0.25 mm", ""), ("another number", "3", "")]
-    assert set(found.calibration.quality) <= set(report.CALIBRATION)
-    assert set(measurement.PARTS) == set(report.PARTS)
-    for word in ("λ", "onset of the snap", "standard deviation", "confidence", "λ_c of the model"):
-        assert f"<dt>{word}</dt>" in page
-
-
-def picture_of(text: str) -> Array:
-    return cv2.imdecode(np.frombuffer(base64.b64decode(text), np.uint8), cv2.IMREAD_COLOR)
-
-
-def test_montage_shows_the_strip_at_its_times(snapping: Made, found: Measurement):
-    shown = report_pictures.pictures(found)
-    times = snapping[2].timing.time
-    assert len(shown.montage) == len(report_pictures.MONTAGE_TIMES)
-    for (label, _), asked in zip(shown.montage, report_pictures.MONTAGE_TIMES, strict=True):
-        assert float(label.removesuffix(" s")) == pytest.approx(asked, abs=0.5 / 25.0 + 0.006)
-        assert np.abs(times - found.event_time - float(label.removesuffix(" s"))).min() < 0.006
-    tile, poster = picture_of(shown.montage[3][1]), picture_of(shown.poster)
-    assert tile.shape[1] == report_pictures.TILE
-    assert tile.shape[0] / tile.shape[1] < 0.95 * 240 / 320  # cropped to the strip
-    assert poster.shape[:2] == (240, 320)
-    with video.read(found.recording.video) as frames:
-        difference = [np.abs(poster.mean(axis=2) - frame.image).mean() for frame in frames]
-    assert times[int(np.argmin(difference))] == pytest.approx(found.event_time, abs=0.5 / 25.0)
-
-
-def test_montage_of_a_slow_snap_reaches_its_peak(found: Measurement):
-    """Here from an onset set by hand, 0.5 s earlier."""
-    early = replace(found, event_time=found.event_time - 0.5)
-    peak = found.motion.t[found.motion.peak] - early.event_time
-    labels = [label for label, _ in report_pictures.pictures(early).montage]
-    assert float(labels[-2].removesuffix(" s")) == pytest.approx(peak, abs=0.5 / 25.0 + 0.006)
-
-
-def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
-    lam, _, speed, _ = measurement_figure.draw(found).axes
-    levels = [
-        {float(line.get_ydata()[0]) for line in ax.lines if len(set(line.get_ydata())) == 1} for ax in (lam, speed)
-    ]
-    assert 1e3 * found.event in levels[0]
-    assert 1e3 * found.motion.level(snap.LEVEL) in levels[1]
-    onset = np.interp(found.event_time, lam.lines[0].get_xdata(), lam.lines[0].get_ydata())
-    assert onset == pytest.approx(1e3 * found.by_video, abs=0.2)
 
 
 def test_title_is_escaped_in_the_page(snapping: Made):
@@ -472,10 +287,3 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: Measurement):
     # What moves without mechanics, as here, has no shape of a strip.
     told = [flag for flag in evaluated(snapping, unknown).flags if "shapes" not in flag.text]
     assert [flag.severity for flag in told] == [measurement.NOTE]
-
-
-def test_where_the_speed_falls_before_its_peak_the_interval_is_wider():
-    t, u = np.arange(8.0), np.array([1.0, 1.2, 2.0, 3.0, 5.0, 4.8, 6.0, 0.0])
-    rising, falling = (snap.Speed(t, values, 1.0, 6) for values in (np.maximum.accumulate(u), u))
-    assert measure._level_sd(rising) == pytest.approx(rising.onset_shift(measure.LEVEL_ERROR))
-    assert measure._level_sd(falling) == pytest.approx(falling.onset_shift(np.hypot(measure.LEVEL_ERROR, 0.04)))

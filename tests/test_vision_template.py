@@ -140,9 +140,3 @@ def test_a_lost_template_is_an_error():
 def test_boxes_that_are_refused(box: tuple[int, int, int, int], message: str):
     with pytest.raises(InvalidInputError, match=message):
         Template(picture(CENTRE, np.random.default_rng(6)), box)
-
-
-def test_stripes_have_no_edges_across():
-    stripes = np.tile(120.0 + 60.0 * np.sign(np.sin(np.arange(SIZE[0]) / 3.0)), (SIZE[1], 1))
-    with pytest.raises(InvalidInputError, match="upright and level edges"):
-        Template(exposed(stripes, 1.5, np.random.default_rng(7)), BOX)
