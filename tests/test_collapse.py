@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from stripfold.base.errors import SolveError
-from stripfold.follow import collapse, release
-from stripfold.follow.collapse import Collapse
+from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState
-from stripfold.follow.static import StripModel
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End, Track
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
@@ -21,24 +22,39 @@ STRIP, HEIGHT = StripModel(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 
 
+class Fallen:
+    """A collapse by its parts: the state it falls from, the states before, of the fall and after it."""
+
+    def __init__(self, track: Track) -> None:
+        self.track, self.motion = track, track.states[track.falls[0]]
+        self.before, self.after = track.states[: track.falls[0].start], track.states[track.falls[0].stop :]
+        at = track.points[len(self.before) - 1]
+        assert isinstance(at, BranchPoint)
+        self.critical = at
+        self.problem, self.states = self.motion[0].problem, track.moments
+        touch = track.touch
+        assert touch is not None
+        self.touch, self.touch_x = touch.index - len(self.before), touch.x
+
+
 @pytest.fixture(scope="module")
-def found() -> Collapse:
-    return collapse.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
+def found() -> Fallen:
+    return Fallen(fall.collapse(STRIP, HEIGHT, FALL, refinement=1.5))
 
 
-def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
-    first, last = found.motion.states[0], found.motion.states[-1]
-    assert first.lam == pytest.approx(found.run.lam, abs=0.012)
-    assert last.lam == pytest.approx(found.run.last.point.lam + release.NUDGE)
+def test_it_goes_from_the_critical_point_to_the_end(found: Fallen) -> None:
+    first, last = found.states[0], found.states[-1]
+    assert first.lam == pytest.approx(found.track.events[0].travelled, abs=0.012)
+    assert last.lam == pytest.approx(found.critical.lam + fall.NUDGE)
     assert found.after[0][1].lam == last.lam
-    assert found.end == "the gripper is above the held end"
+    assert found.track.end is End.PATH
     assert found.after[-1][1].lam >= STRIP.length
     assert all(point.negatives == 0 for _, point in found.after)
 
 
-def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
-    bounded = found.motion.problem.bounded
-    states = found.motion.states
+def test_nothing_penetrates_or_gains_energy(found: Fallen) -> None:
+    bounded = found.problem.bounded
+    states = found.states
     assert min(m.q[bounded].min() for m in states) >= 0.0
     closing = np.array([m.energy.closing for m in states])
     assert np.abs(closing).max() < 1e-9
@@ -48,9 +64,9 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
         assert lost[-1] > 0.0, name
 
 
-def test_the_ledger_is_the_energy(found: Collapse) -> None:
+def test_the_ledger_is_the_energy(found: Fallen) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
-    problem, states = found.motion.problem, found.motion.states
+    problem, states = found.problem, found.states
     first, last = states[0], states[-1]
     change = sum(problem.energies(last.q)) - sum(problem.energies(first.q)) - first.energy.kinetic
     energy = last.energy
@@ -60,17 +76,17 @@ def test_the_ledger_is_the_energy(found: Collapse) -> None:
     assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
 
 
-def test_the_touch_is_the_first(found: Collapse) -> None:
-    model, motion = found.motion.problem.model, found.motion
+def test_the_touch_is_the_first(found: Fallen) -> None:
+    model, motion = found.problem.model, found
     assert not any(touches(model, m) for m in motion.states[: motion.touch])
     at = motion.states[motion.touch]
     assert touches(model, at)
     # Bisection stops with a bracket that is short enough; its lower end need not be a state of the motion.
     before = motion.states[motion.touch - 1]
-    if at.dt > release.TOUCH_TOLERANCE:
-        _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-        scheme, shorter = EnergyMomentum(), at.dt - release.TOUCH_TOLERANCE
-        almost = dynamics.step(found.motion.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
+    if at.dt > fall.TOUCH_TOLERANCE:
+        _, drive = fall.initial_state(ReleaseState.at(found.critical, 1.5), FALL)
+        scheme, shorter = EnergyMomentum(), at.dt - fall.TOUCH_TOLERANCE
+        almost = dynamics.step(found.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
         assert not touches(model, almost)
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
     for before, after in pairwise(motion.states):
@@ -79,23 +95,25 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
 
 
-def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
-    middle = found.motion.problem.model.mid_surface
-    apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
+def test_both_signs_end_in_the_same_state(found: Fallen) -> None:
+    other = fall.simulate_fall(ReleaseState.at(found.critical, 1.5), replace(FALL, disturbance=-FALL.disturbance))
+    middle = found.problem.model.mid_surface
+    apart = middle(other.moments[-1].q) - middle(found.states[-1].q)
     assert np.abs(apart).max() < 1e-3
     # Against the fall it takes longer: the disturbance has a direction.
-    assert other.states[other.touch].t > found.motion.states[found.motion.touch].t
+    assert other.moments[other.touch.index].t > found.states[found.touch].t
 
 
-def test_a_moving_gripper(found: Collapse) -> None:
-    motion = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
-    last = motion.states[-1]
-    assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
-    assert motion.touch == len(motion.states) - 1
+def test_a_moving_gripper(found: Fallen) -> None:
+    motion = fall.simulate_fall(ReleaseState.at(found.critical, 1.5), replace(FALL, speed=0.02, to_rest=False))
+    last = motion.moments[-1]
+    assert last.lam == pytest.approx(motion.moments[0].lam + 0.02 * last.t)
+    assert motion.end is End.TOUCH
+    assert motion.touch is not None
+    assert motion.touch.index == len(motion.points) - 1
     assert abs(last.energy.closing) < 1e-9
 
 
 def test_no_snap_no_fall() -> None:
     with pytest.raises(SolveError, match="no fall to follow"):
-        collapse.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
+        fall.collapse(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)

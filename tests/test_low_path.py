@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stripfold import Strip, elastica, paths
-from stripfold.follow.assess import SNAP, assess_strip, peak_forces, shape_error
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import SNAP, peak_forces, shape_error
 from stripfold.paths import low_path
 from stripfold.paths.rpath import plan_r_path
 

@@ -10,8 +10,9 @@ from stripfold.ask.prediction import (
     ElasticaPrediction,
     from_near_the_end,
 )
-from stripfold.follow import static
-from stripfold.follow.static import End, StripModel
+from stripfold.follow import statics
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from stripfold.strip.contact_mesh import ContactMesh, Sizes, Topology
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX, TwoGrippers
@@ -32,7 +33,7 @@ def strip(kind: str, thickness: float = 1e-3, length: float = LENGTH) -> StripMo
     return StripModel(length, thickness, kind=kind)
 
 
-def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: float = 1.0) -> static.XRun:
+def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: float = 1.0) -> statics.XRun:
     return from_near_the_end(strip(kind, thickness), ElasticaPrediction.at(height), refinement)
 
 
@@ -91,7 +92,7 @@ class TestCriticalPoint:
         """lambda rises up to the critical point, on coarse elements and fine; there it is where the elastica's is."""
         truth = elastica.critical(HEIGHT).advance
         for refinement in (1.5, 0.7):
-            run = static.solve_height(strip(kind, 0.02), HEIGHT, refinement)
+            run = statics.solve_height(strip(kind, 0.02), HEIGHT, refinement)
             lam = np.array([at.point.lam for at in run.points[: run.points.index(run.last) + 1]])
             # Elements planned anew move a state by their error.
             assert np.diff(lam).min() > -1e-3

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 import stripfold as sf
+from assessing import assess_path
 from stripfold import elastica
-from stripfold.ask import path_choice
-from stripfold.ask.folding_plan import FoldingPlan
+from stripfold.ask import plan as planner
 from stripfold.ask.friction_needed import lost_with
-from stripfold.ask.gripper_map import gripper_map
-from stripfold.ask.verdict import assess_path
+from stripfold.ask.inputs import PlanInputs
+from stripfold.ask.map import gripper_map
+from stripfold.ask.plan import FoldingPlan
 from stripfold.base.errors import InvalidInputError, NoPathError
 from stripfold.cli import main
 from stripfold.paths.curve import polygon_length
@@ -41,8 +42,8 @@ def plan(strip: sf.Strip) -> FoldingPlan:
     return strip.plan(layers_may_slide=True)
 
 
-def asked(**given: Any) -> path_choice.FoldingPlan:
-    return path_choice.FoldingPlan(**{"length": 0.5, "eta_b": ETA_B, **given})
+def asked(**given: Any) -> PlanInputs:
+    return PlanInputs(**{"length": 0.5, "eta_b": ETA_B, **given})
 
 
 def times(places: Any, speed: float, acceleration: float) -> Any:
@@ -62,7 +63,7 @@ class TestMotion:
 class TestMargin:
     def test_of_a_short_strip_is_the_distance_to_critical_points(self) -> None:
         length = 9.4
-        found = path_choice.margin_on(triangular(length), gripper_map(length))
+        found = planner.margin_on(triangular(length), gripper_map(length))
         heights = np.linspace(LIMIT, 2.5, 60)
         wall = np.array([(elastica.critical(z).state.advance, z) for z in heights[1:]])
         # Down the second edge, up to where the sag lands.
@@ -85,7 +86,7 @@ class TestChoice:
 
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
-            path_choice.choose(asked(length=0.22))
+            planner.choose(asked(length=0.22))
 
 
 class TestInTime:
@@ -117,7 +118,7 @@ class TestFriction:
     def test_what_holds(self, length: float, uncertainty: float, which: int, kappa_y: float, moment: float) -> None:
         """Against verdicts: a strip that the path pushes too far, and one that touches too late."""
         strip = asked(length=length, eta_b_uncertainty=uncertainty).strips[which]
-        path = path_choice.scaled(sf.paths.r_path(asked(length=length)), strip.gravity_length)
+        path = planner.scaled(sf.paths.r_path(asked(length=length)), strip.gravity_length)
         followed = (strip.material, strip.length, path)
         assert lost_with([followed], 1.25 * moment, kappa_y) is None
         assert lost_with([followed], 0.75 * moment, kappa_y) == followed
@@ -134,7 +135,7 @@ class TestFriction:
         """Truth: M_0 by searches on the path, rho_a g L*^2; a quarter more is asked for."""
         given = asked(length=length * star(ETA_B), eta_b_uncertainty=uncertainty, margin=0.0)
         with pytest.raises(NoPathError) as caught:
-            path_choice.choose(given)
+            planner.choose(given)
         about = re.search(r"about (\S+) N would do", caught.value.refused[-1].reason)
         assert about is not None
         scale = given.material.force_scale * star(ETA_B)

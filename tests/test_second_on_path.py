@@ -16,7 +16,8 @@ from stripfold.ask.second_on_path import second_on_path
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import circular, triangular
 

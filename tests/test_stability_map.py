@@ -10,11 +10,11 @@ import xarray as xr
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.ask.gripper_map import GripperMap, gripper_map
+from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.statics import StripModel, solve_height
 
 LENGTH = 12.0
 STRIP = ["map", "--length", "0.3", "--eta-b", "3780"]

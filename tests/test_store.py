@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import stripfold
+from stripfold.base import version
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.files import store
 
@@ -52,7 +53,7 @@ def test_provenance(tmp_path):
     attrs = store.read(tmp_path / "a.nc").attrs
     assert attrs["title"] == "A test"
     assert attrs["stripfold_version"] == stripfold.__version__
-    assert attrs["git_commit"] == store.running_commit()
+    assert attrs["git_commit"] == version.running_commit()
     assert attrs["Conventions"].startswith("CF-")
     assert json.loads(attrs["config"]) == {"gravity": 9.81}
     packages = json.loads(attrs["packages"])
@@ -73,7 +74,7 @@ def test_who_made_it_from_what(tmp_path):
         store.write(example(), tmp_path / name, title="a test")
     attrs = store.read(tmp_path / "a.nc").attrs
     assert attrs["Conventions"] == "CF-1.11, ACDD-1.3"
-    assert attrs["source"] == f"stripfold {stripfold.__version__}, commit {store.running_commit()}"
+    assert attrs["source"] == f"stripfold {stripfold.__version__}, commit {version.running_commit()}"
     assert attrs["history"].startswith(attrs["source"])
     assert "10.1109/TMECH.2020.2980957" in attrs["references"]
     assert attrs["license"].startswith("MIT")
