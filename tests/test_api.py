@@ -16,10 +16,9 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.ask import inputs, results
+from stripfold.ask import inputs
 from stripfold.files import store
 from stripfold.files.reporting import Result
-from stripfold.film import measured
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
 SHORT = sf.Strip(length=0.36, eta_b=3780)
@@ -200,7 +199,7 @@ def test_examples_in_docstrings(name):
 
 
 def test_every_result_says_units_and_source():
-    found = [kind for module in (measured, results) for _, kind in inspect.getmembers(module, inspect.isclass)]
+    found = [kind for kind in (getattr(sf, name) for name in sf.__all__) if isinstance(kind, type)]
     for kind in found:
         if issubclass(kind, Result) and kind is not Result:
             text = inspect.getdoc(kind) or ""

@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 
+import stripfold as sf
 from stripfold import elastica
-from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, FoldingPlan, Scene
+from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, Scene
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.film.request import EtaRequest
@@ -190,4 +191,4 @@ def test_a_measured_length_in_another_unit(given, meant):
 
 def test_a_margin_in_another_unit():
     with pytest.raises(InvalidInputError, match=r"margin = 10.* 10 mm is 0\.01 m"):
-        FoldingPlan(length=0.5, eta_b=3770.0, margin=10.0)
+        sf.Strip(length=0.5, eta_b=3770.0).plan(margin=10.0)

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from stripfold import cli
-from stripfold.base import extras, version
+from stripfold.base import extras
 from stripfold.base.errors import InvalidInputError, MissingExtraError
 from stripfold.film import video
 
@@ -51,8 +51,6 @@ def committed(folder: Path, tag: str = "") -> str:
         subprocess.run(["git", "-C", str(folder), *line], check=True)
     head = subprocess.run(["git", "-C", str(folder), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
     return head.stdout.strip()
-
-
 
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
