@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.follow import assess as assessing
-from stripfold.follow import path_statics
-from stripfold.follow.assess import BIFURCATION, SNAP, Assessment, assess_strip
+from stripfold.follow import statics
+from stripfold.follow import track as assessing
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.release import Fall
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import Fall, assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import BIFURCATION, SNAP, Track
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.solve.schemes import Damping
@@ -33,13 +33,13 @@ PLACES = {"triangular": (3.392, 6.608), "circular": (5.289, 8.487), "r-path": (4
 
 
 @pytest.fixture(scope="module")
-def statics() -> dict[str, Assessment]:
+def statics() -> dict[str, Track]:
     """The paper's paths up to their critical points."""
     return {name: assess_strip(STRIP, make()) for name, make in PATHS.items()}
 
 
 @pytest.fixture(scope="module")
-def low() -> tuple[StripModel, Assessment]:
+def low() -> tuple[StripModel, Track]:
     """A path too low for a snap."""
     strip = StripModel(12.0, 0.06)
     return strip, assess_strip(strip, low_path.low(strip.length, 1.2), FALL, 2.0)
@@ -59,7 +59,7 @@ class TestCriticalPoints:
     """Where, and of which kind."""
 
     @pytest.mark.parametrize("name", PATHS)
-    def test_place_is_on_the_boundary(self, statics: dict[str, Assessment], name: str):
+    def test_place_is_on_the_boundary(self, statics: dict[str, Track], name: str):
         """Truth: the elastica's lambda_c at this height; a thickness takes 6 (h/L*)^2 off it."""
         found = statics[name]
         (event,) = found.events
@@ -77,7 +77,7 @@ class TestCriticalPoints:
         assert found.last is found.segments[0].states[-1]
 
     @pytest.mark.parametrize("name", PATHS)
-    def test_kind_by_the_angle(self, statics: dict[str, Assessment], name: str):
+    def test_kind_by_the_angle(self, statics: dict[str, Track], name: str):
         """Truth: the elastica's boundary, by differences.  The R-path of the elastica meets its own at no angle."""
         (event,) = statics[name].events
         truth = elasticas_angle(PATHS[name](), event.travelled)
@@ -89,7 +89,7 @@ class TestCriticalPoints:
             assert event.kind == SNAP
             assert event.angle == pytest.approx({"triangular": 89.0, "circular": 76.4}[name], abs=0.8)
 
-    def test_angle_is_that_of_the_path(self, statics: dict[str, Assessment]):
+    def test_angle_is_that_of_the_path(self, statics: dict[str, Track]):
         """The same critical state come upon along its boundary, across it, and in between."""
         found = statics["circular"]
         (event,) = found.events
@@ -105,7 +105,7 @@ class TestCriticalPoints:
                 turned = replace(problem, motion=replace(problem.motion, path=piece))
                 assert assessing.boundary_angle(turned, point) == pytest.approx(angle, abs=2.0)
 
-    def test_normal_by_differences(self, statics: dict[str, Assessment]):
+    def test_normal_by_differences(self, statics: dict[str, Track]):
         """At fixed other unknowns a move of the gripper changes the forces; what the mode feels of it is the normal."""
         found = statics["circular"]
         (event,) = found.events
@@ -123,7 +123,7 @@ class TestCriticalPoints:
         sine = abs(np.dot(normal, way)) / np.linalg.norm(normal) / np.linalg.norm(way)
         assert event.angle == pytest.approx(np.degrees(np.arcsin(sine)), abs=1e-2)
 
-    def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Assessment], tmp_path: Path):
+    def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Track], tmp_path: Path):
         file = tmp_path / "triangle.csv"
         file.write_text("t,x,z\n0,-0.3,0\n0.2,0,0.3\n1,0.3,0\n")
         other = assess_strip(STRIP, table.read(file, 20.0, 0.03))
@@ -136,7 +136,7 @@ class TestCriticalPoints:
 class TestLow:
     """A path on which nothing snaps."""
 
-    def test_it_is_followed_to_its_end(self, low: tuple[StripModel, Assessment]):
+    def test_it_is_followed_to_its_end(self, low: tuple[StripModel, Track]):
         _, found = low
         assert found.stable
         assert found.at_end
@@ -144,7 +144,7 @@ class TestLow:
         assert found.last[1].lam == pytest.approx(found.path.length)
         assert not replace(found, segments=(replace(found.segments[0], states=found.segments[0].states[:-1]),)).at_end
 
-    def test_first_touch(self, low: tuple[StripModel, Assessment]):
+    def test_first_touch(self, low: tuple[StripModel, Track]):
         """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
         strip, found = low
         assert found.touch is not None
@@ -167,7 +167,7 @@ class TestLow:
         x = problem.model.resampled_mid_surface(point.q, np.array([place]))[0, 0]
         assert x == pytest.approx(found.touch.x, abs=1e-3)
 
-    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Assessment]):
+    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Track]):
         _, found = low
         segment = found.segments[0]
         lying = next(i for i, (problem, p) in enumerate(segment.states) if touches(problem.model, p))
@@ -191,4 +191,4 @@ def test_a_pushed_strip_is_laid_down_without_a_snap() -> None:
         found = assess_strip(StripModel(9.0, THICKNESS), geometric.triangular(9.0), refinement=refinement)
         assert found.stable
         assert found.at_end
-        assert found.contact == path_statics.MOVING
+        assert found.contact == statics.MOVING

@@ -10,13 +10,14 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
+from stripfold.ask import collapse
 from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import SolveError
-from stripfold.follow import collapse, release
-from stripfold.follow.collapse import Collapse
+from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touch_position, touches
-from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import Track
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.problem import Opened, StripProblem
@@ -27,7 +28,7 @@ FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 
 
 @pytest.fixture(scope="module")
-def found() -> Collapse:
+def found() -> Track:
     return collapse.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
 
 
@@ -37,17 +38,17 @@ def stored() -> tuple[Simulation, xr.Dataset]:
     return asked, collapse.run(asked)
 
 
-def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
+def test_it_goes_from_the_critical_point_to_the_end(found: Track) -> None:
     first, last = found.motion.states[0], found.motion.states[-1]
     assert first.lam == pytest.approx(found.run.lam, abs=0.012)
-    assert last.lam == pytest.approx(found.run.last.point.lam + release.NUDGE)
+    assert last.lam == pytest.approx(found.run.last.point.lam + fall.NUDGE)
     assert found.after[0][1].lam == last.lam
     assert found.end == "the gripper is above the held end"
     assert found.after[-1][1].lam >= STRIP.length
     assert all(point.negatives == 0 for _, point in found.after)
 
 
-def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
+def test_nothing_penetrates_or_gains_energy(found: Track) -> None:
     bounded = found.motion.problem.bounded
     states = found.motion.states
     assert min(m.q[bounded].min() for m in states) >= 0.0
@@ -59,16 +60,16 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
         assert lost[-1] > 0.0, name
 
 
-def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
+def test_what_lies_and_what_is_held_has_its_velocity(found: Track) -> None:
     """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
     problem, states = found.motion.problem, found.motion.states
-    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+    _, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     for state in states[1:]:
         assert np.abs(state.v[state.active]).max() < 1e-12
         np.testing.assert_allclose(state.v[problem.prescribed], [drive.rate(state.t), 0.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
+def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Track) -> None:
     """A millionth of what was lost, for two time units: at the turn of an oscillation nothing moves either."""
     states, problem = found.motion.states, found.motion.problem
     kinetic, work = (np.array([getattr(m.energy, name) for m in states]) for name in ("kinetic", "work"))
@@ -80,7 +81,7 @@ def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
     assert share[t > t[-1] - 2.0 - 2.5 * TIME_OPTIONS.largest].max() > 1e-6
 
 
-def test_the_ledger_is_the_energy(found: Collapse) -> None:
+def test_the_ledger_is_the_energy(found: Track) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
     problem, states = found.motion.problem, found.motion.states
     first, last = states[0], states[-1]
@@ -92,16 +93,16 @@ def test_the_ledger_is_the_energy(found: Collapse) -> None:
     assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
 
 
-def test_the_touch_is_the_first(found: Collapse) -> None:
+def test_the_touch_is_the_first(found: Track) -> None:
     model, motion = found.motion.problem.model, found.motion
     assert not any(touches(model, m) for m in motion.states[: motion.touch])
     at = motion.states[motion.touch]
     assert touches(model, at)
     # Bisection stops with a bracket that is short enough; its lower end need not be a state of the motion.
     before = motion.states[motion.touch - 1]
-    if at.dt > release.TOUCH_TOLERANCE:
-        _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-        scheme, shorter = EnergyMomentum(), at.dt - release.TOUCH_TOLERANCE
+    if at.dt > fall.TOUCH_TOLERANCE:
+        _, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+        scheme, shorter = EnergyMomentum(), at.dt - fall.TOUCH_TOLERANCE
         almost = dynamics.step(found.motion.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
         assert not touches(model, almost)
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
@@ -125,7 +126,7 @@ def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
 
 
-def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
+def test_where_it_touches_lies_between_nodes(found: Track) -> None:
     """The strip shifted and bent to a known parabola: its lowest point comes out, not the node's."""
     problem = found.motion.problem
     model = problem.model
@@ -139,7 +140,7 @@ def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
     assert touch_position(problem.model, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
+def test_a_lying_upper_layer_leaves_the_folded_loop(found: Track) -> None:
     """Truth: where the upper layer lies flat no horizontal force is left, and the loop is the elastica's folded one."""
     (problem, last) = found.after[-1]
     model = problem.model
@@ -154,8 +155,8 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
     assert s[0] == pytest.approx(rising.length, abs=0.12)
 
 
-def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
+def test_both_signs_end_in_the_same_state(found: Track) -> None:
+    other = fall.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
     middle = found.motion.problem.model.mid_surface
     apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
     assert np.abs(apart).max() < 1e-3
@@ -163,8 +164,8 @@ def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
     assert other.states[other.touch].t > found.motion.states[found.motion.touch].t
 
 
-def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
-    first, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+def test_the_disturbance_has_its_speed_and_direction(found: Track) -> None:
+    first, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     problem = found.motion.problem
     speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
     assert speed == pytest.approx(FALL.disturbance)
@@ -178,8 +179,8 @@ def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
     assert np.all(first.a == 0.0)
 
 
-def test_a_moving_gripper(found: Collapse) -> None:
-    motion = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
+def test_a_moving_gripper(found: Track) -> None:
+    motion = fall.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
     last = motion.states[-1]
     assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
     assert motion.touch == len(motion.states) - 1
@@ -191,15 +192,15 @@ def test_no_snap_no_fall() -> None:
         collapse.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
 
 
-def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
+def test_what_is_not_at_rest_is_not_handed_over(found: Track) -> None:
     """The state at rest with its loop blown up: the equilibrium found from it is another state."""
     model, rest = found.motion.problem.model, found.motion.states[-1]
-    release.state_at_rest(found.motion.problem, rest)
+    fall.state_at_rest(found.motion.problem, rest)
     q = rest.q.copy()
     height = model.mid_surface(q)[:, 1]
     q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
     with pytest.raises(SolveError, match=r"from the equilibrium|did not converge|inside out"):
-        release.state_at_rest(found.motion.problem, replace(rest, q=q))
+        fall.state_at_rest(found.motion.problem, replace(rest, q=q))
 
 
 def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:

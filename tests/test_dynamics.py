@@ -11,10 +11,9 @@ import pytest
 from oracles.motions import HeldStrip
 from oracles.moving import NONE, Pendulum, Small
 from stripfold.base.errors import NewtonError, TimeStepError
-from stripfold.follow.collapse import to_critical_point
 from stripfold.follow.contact import touches
-from stripfold.follow.release import ReleaseState
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import ReleaseState, to_critical_point
+from stripfold.follow.statics import StripModel
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving, Nudge
 from stripfold.solve.dynamics import TimeOptions, TimeState

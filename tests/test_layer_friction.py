@@ -169,7 +169,7 @@ def test_tangent() -> None:
 
 
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.follow import collapse
+    from stripfold.ask import collapse
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
     found = collapse.run(Simulation(**strip))

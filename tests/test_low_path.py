@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stripfold import Strip, elastica, paths
-from stripfold.follow.assess import SNAP, Assessment, assess_strip, peak_forces, shape_error
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import SNAP, Track, peak_forces, shape_error
 from stripfold.paths import low_path
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
@@ -59,7 +60,7 @@ def test_a_short_strip_on_the_triangular_path_slides_less_than_its_unit() -> Non
     assert low_path.layer_slide(length, elastica.touch_limit() * (1.0 - 1e-9)) < slide < 1.0
 
 
-def _slide(found: Assessment) -> float:
+def _slide(found: Track) -> float:
     assert found.stable
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]

@@ -12,8 +12,8 @@ from assessing import assess_path
 from stripfold.ask.assess import Marks, mesh_change
 from stripfold.base.material import Material
 from stripfold.follow import contact_set
-from stripfold.follow.assess import assess_strip
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.strip.contact_mesh import Topology
@@ -83,7 +83,7 @@ def test_the_size_of_a_fall_is_not_that_of_the_mesh() -> None:
 def test_a_strip_on_nodes_that_waves_behind_its_lift_off(height: float, kind: Topology) -> None:
     """Truth: the state itself.  Nodes behind its lift-off count as free, as on a coarse mesh after a fall."""
     strip = StripModel(LENGTH, 0.05, kind="rod")
-    at = assess_strip(strip, low(LENGTH, height), refinement=1.0).segments[0]
+    at = assess_strip(strip, low(LENGTH, height), refinement=1.0)
     states = [state for state in at.states if lies(*state) == (2 if kind is Topology.INTERVAL else 1)]
     mesh = strip.contact_mesh()
     truth = contact_set.from_nodes(mesh, *states[len(states) // 2])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stripfold.ask import collapse
 from stripfold.ask.inputs import Effects, Simulation
 from stripfold.ask.model_error import model_error
 from stripfold.base.errors import InvalidInputError
-from stripfold.follow import needed_effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
 
@@ -53,15 +53,15 @@ def test_resolved_keys_run_the_same(given: object) -> None:
 
 
 def test_needs_are_comparisons() -> None:
-    assert needed_effects.need_of_contact(0.0).needed
-    assert not needed_effects.need_of_contact(0.1).needed
-    assert needed_effects.need_of_self_contact(-1e-6).needed
-    assert not needed_effects.need_of_self_contact(1e-6).needed
-    assert not needed_effects.need_of_self_contact(np.inf).needed
-    assert needed_effects.need_of_inertia(0.0, 0.1).needed
-    assert not needed_effects.need_of_inertia(0.5, None).needed
-    assert not needed_effects.need_of_friction().needed
+    assert collapse.need_of_contact(0.0).needed
+    assert not collapse.need_of_contact(0.1).needed
+    assert collapse.need_of_self_contact(-1e-6).needed
+    assert not collapse.need_of_self_contact(1e-6).needed
+    assert not collapse.need_of_self_contact(np.inf).needed
+    assert collapse.need_of_inertia(0.0, 0.1).needed
+    assert not collapse.need_of_inertia(0.5, None).needed
+    assert not collapse.need_of_friction().needed
     # A Poisson's ratio is what a rod has not.
     for nu, needed in ((0.0, False), (0.45, True)):
-        need = needed_effects.need_of_solid(model_error("rod", 0.2, nu, 3.0, 20.0), 1e-3)
+        need = collapse.need_of_solid(model_error("rod", 0.2, nu, 3.0, 20.0), 1e-3)
         assert (need.needed, need.threshold) == (need.value > 1e-3, 1e-3) == (needed, 1e-3)

@@ -12,7 +12,7 @@ from stripfold.ask import critical
 from stripfold.ask.inputs import Scene, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.follow.static import End
+from stripfold.follow.track import End
 
 
 class TestCriticalPoint:

@@ -17,8 +17,7 @@ from stripfold.cli import main
 from stripfold.elastica.boundary import TAUT
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
 from stripfold.elastica.second_variation import smallest_eigenvalue
-from stripfold.follow.path_statics import follow
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.statics import StripModel, follow, solve_height
 from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.paths.low_path import low
 

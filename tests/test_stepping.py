@@ -13,17 +13,10 @@ import pytest
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, LostStabilityError
 from stripfold.base.material import Material
-from stripfold.follow import contact_branch, contact_events, path_friction
+from stripfold.follow import contact_branch, contact_events, memory
 from stripfold.follow.contact_branch import BranchCrossing, BranchPoint
-from stripfold.follow.path_friction import (
-    Step,
-    effects_of,
-    load_incrementally,
-    load_incrementally_from,
-    steps_on,
-    with_effects,
-)
-from stripfold.follow.static import StripModel, lift, solve_height
+from stripfold.follow.memory import effects_of, load_incrementally, load_incrementally_from, steps_on, with_effects
+from stripfold.follow.statics import StripModel, lift, solve_height
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
@@ -69,7 +62,7 @@ def unbalanced(problem: MovingContact, q: Array, lam: float) -> float:
     return float(np.abs(residual).max())
 
 
-def steps_until(lam: float, steps: Iterator[Step]) -> Iterator[Step]:
+def steps_until(lam: float, steps: Iterator[BranchPoint]) -> Iterator[BranchPoint]:
     """The first steps, up to one past a value of lambda."""
     for step in steps:
         yield step
@@ -85,7 +78,7 @@ def lifted(height: float, kind: str = "rod") -> BranchPoint:
 
 
 @pytest.fixture(scope="module")
-def low_steps() -> list[Step]:
+def low_steps() -> list[BranchPoint]:
     """The low path with both laws, as far as the second corner."""
     return list(load_incrementally(MESH, replace(LOW, pieces=LOW.pieces[:2]), both, 0.4))
 
@@ -137,12 +130,12 @@ class TestLoadingIncrementally:
         begin = replace(LOW, pieces=LOW.pieces[:2])
         steps = list(load_incrementally(MESH, begin, none, 2.0))
         assert [(step.at.problem.motion, step.lam) for step in steps] == list(steps_on(begin, 12.0, 2.0))
-        assert path_friction.effects_of("pull", 0.0)(MESH(np.ones(1)).model, np.zeros(1)) == ()
+        assert memory.effects_of("pull", 0.0)(MESH(np.ones(1)).model, np.zeros(1)) == ()
         weak = load_incrementally(MESH, LOW, lambda model, q: (Pull(model, 0.0, q),), 2.0)
         for step, other in zip(steps[:4], weak, strict=False):
             np.testing.assert_allclose(step.at.point.q, other.at.point.q, atol=1e-8)
 
-    def test_each_step_is_an_equilibrium_with_its_friction(self, low_steps: list[Step]):
+    def test_each_step_is_an_equilibrium_with_its_friction(self, low_steps: list[BranchPoint]):
         for step in low_steps:
             at = step.at
             assert unbalanced(at.problem, at.point.q, step.lam) < 1e-7
@@ -159,7 +152,7 @@ class TestLoadingIncrementally:
         assert [step.touches for step in low_steps] == sorted(step.touches for step in low_steps)
         assert low_steps[-1].at.topology in (Topology.POINT, Topology.INTERVAL)
 
-    def test_effects_remember_the_step_before(self, low_steps: list[Step]):
+    def test_effects_remember_the_step_before(self, low_steps: list[BranchPoint]):
         compared = 0
         for before, step in pairwise(low_steps):
             if step.at.problem.mesh is not before.at.problem.mesh:
@@ -187,7 +180,7 @@ class TestLoadingIncrementally:
         places = [(start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 4)]
         at = list(load_incrementally_from(with_effects(start, both), places))[-1].at
         end = at.point.lam + 0.2
-        step = path_friction._StepProblem.after(at, end)
+        step = memory._StepProblem.after(at, end)
         accepted = at.problem.accepted(at.point.q)
         q, lam = at.point.q, at.point.lam
         assert unbalanced(step, q, lam) < 1e-7
@@ -219,7 +212,7 @@ class TestLoss:
 
         def limit(strength: float) -> float:
             places = ((start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 200))
-            acting = with_effects(start, path_friction.effects_of("hysteresis", strength))
+            acting = with_effects(start, memory.effects_of("hysteresis", strength))
             with pytest.raises(LostStabilityError, match="limit point") as caught:
                 list(load_incrementally_from(acting, places))
             return caught.value.parameter
@@ -231,7 +224,7 @@ class TestLoss:
         start = lifted(3.0)
         critical = solve_height(StripModel(16.0, 0.06, kind="rod"), 3.0, 2.0).lam
         places = ((start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 200))
-        acting = with_effects(start, path_friction.effects_of("pull", 0.1))
+        acting = with_effects(start, memory.effects_of("pull", 0.1))
         steps = load_incrementally_from(acting, places)
         touch = next(step for step in steps if step.touches)
         assert critical < touch.lam < critical + 3.0
@@ -244,7 +237,7 @@ class TestLoss:
         handed_out: list[float] = []
 
         def go() -> None:
-            for step in load_incrementally(mesh, path, path_friction.effects_of("pull", 1e-4), 0.2):
+            for step in load_incrementally(mesh, path, memory.effects_of("pull", 1e-4), 0.2):
                 handed_out.append(step.lam)
 
         with pytest.raises(LostStabilityError, match="does not follow") as caught:
@@ -270,10 +263,10 @@ class TestFriction:
     def test_laws(self):
         model = MESH(np.ones(1)).model
         q = np.zeros(model.size)
-        (pull,) = path_friction.effects_of("pull", 0.3)(model, q)
+        (pull,) = memory.effects_of("pull", 0.3)(model, q)
         assert isinstance(pull, Pull)
         assert pull.k_f == 0.3
-        (hysteresis,) = path_friction.effects_of("hysteresis", 0.3)(model, q)
+        (hysteresis,) = memory.effects_of("hysteresis", 0.3)(model, q)
         assert isinstance(hysteresis, Hysteresis)
         assert hysteresis.moment == 0.3
         for effect in (pull, hysteresis):
@@ -299,12 +292,12 @@ def test_the_end_of_a_layer_beside_the_gripper_is_told_from_the_others() -> None
 
     def moving(*rates: float) -> bool:
         tangent = replace(at.point.tangent, q=np.append(np.zeros(at.problem.n), rates))
-        return path_friction._layer_comes_down(BranchPoint(at.problem, replace(at.point, tangent=tangent)))
+        return memory._layer_comes_down(BranchPoint(at.problem, replace(at.point, tangent=tangent)))
 
     assert moving(-0.9, 0.1, 0.3)
     assert not moving(-0.1, 0.3, 0.9)
     assert not moving(0.3, -0.9, 0.1)
-    assert not path_friction._layer_comes_down(steps[0])
+    assert not memory._layer_comes_down(steps[0])
 
 
 def test_a_layer_that_begins_to_lie_just_over_the_floor() -> None:

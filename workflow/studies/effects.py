@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold.ask import collapse
+from stripfold.ask.collapse import INERTIA, SELF_CONTACT, SOLID
 from stripfold.ask.inputs import Simulation
-from stripfold.follow import collapse
-from stripfold.follow.needed_effects import INERTIA, SELF_CONTACT, SOLID
 from studies.common import NO_RESULT, Progress, dataset, grid, markdown_table, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID)

@@ -28,8 +28,8 @@ from stripfold.base.version import running_commit, version
 from stripfold.elastica.boundary import snap_boundary
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
-from stripfold.follow.assess import BUMP
 from stripfold.follow.contact import touches
+from stripfold.follow.track import BUMP
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
