@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 import yaml
 
-from stripfold.ask import sweep
+from stripfold.ask import critical, sweep
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main

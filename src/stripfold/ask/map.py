@@ -327,7 +327,7 @@ class StabilityMap(Result):
         grid = self._places(np.column_stack([advance, 0.0 * advance]))[:, 0], unit * heights
         margin = unit * found.margin(*np.meshgrid(advance, heights))
         if (ends := self.with_friction) is not None:
-            text = f"friction {self.strip.friction_moment:.3g} N:\n" + HISTORY.replace(", ", ",\n")
+            text = f"friction {self.strip.friction_moment:.3g} N: {HISTORY}"
             friction = self._places(np.column_stack([ends.advance, ends.z])), ends.snaps, text
         curves = {name: unit * curve for name, curve in found.curves.items()}
         return draw(curves, grid, margin, self.strip.length, friction)

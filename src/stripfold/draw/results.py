@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stripfold.base.arrays import Array
-from stripfold.draw.colours import BLACK, BLUE, CRITICAL, FRICTION, GREEN, GREY, GRIPPER, SETTLED, STATIC, TOUCHING
-from stripfold.draw.style import CM, MILLI, around, equal_panels, figure, legend_above, styled
+from stripfold.draw.colours import BLACK, CRITICAL, GREY, GRIPPER, PINK, SETTLED, SKY, STATIC, TOUCHING
+from stripfold.draw.style import CM, around, equal_panels, figure, legend_above, styled
 
-ETA_B_COLOURS = (GREEN, BLACK, TOUCHING)
-"""Of the least, the given and the largest eta_b."""
+ETA_B_STYLES = ((SKY, "--"), (BLACK, "-"), (PINK, ":"))
+"""Colours and kinds of line of the least, the given and the largest eta_b."""
 
 
 @styled
@@ -48,20 +48,20 @@ def draw_along(waypoints: Array, distances: Array, names: Sequence[str], asked: 
     """Draw the distance from snap boundaries, the height and the rotation of the gripper over time.
 
     ``waypoints``: time, x, z and rotation, shape (n, 4), s, m and degrees.  ``distances``: from the boundaries of the
-    strips of :data:`ETA_B_COLOURS`, shape (3, n), m, and their ``names``.  ``asked``: the margin asked for, if any, m.
+    strips of :data:`ETA_B_STYLES`, shape (3, n), m, and their ``names``.  ``asked``: the margin asked for, if any, m.
     """
     t, _, z, angle = waypoints.T
-    fig = figure(5.2, 6.0)
+    fig = figure(4.2)
     margin, height, rotation = fig.subplots(3, 1, sharex=True)
-    for name, distance, colour in zip(names, distances, ETA_B_COLOURS, strict=True):
-        margin.plot(t, MILLI * distance, color=colour, label=name)
+    for name, distance, (colour, line) in zip(names, distances, ETA_B_STYLES, strict=True):
+        margin.plot(t, CM * distance, line, color=colour, label=name)
     if asked is not None:
-        margin.axhline(MILLI * asked, color=GREY, lw=0.8, ls="--", label="asked")
-    margin.axhline(0.0, color=FRICTION, lw=0.8)
-    margin.set_ylabel("from the snap [mm]")
+        margin.axhline(CM * asked, color=GREY, lw=0.8, ls="--", label="asked")
+    margin.axhline(0.0, color=TOUCHING, lw=0.8)
+    margin.set_ylabel("from the snap [cm]")
     margin.legend(title=r"$\eta_b$ [m$^{-4}$ s$^2$]", fontsize=7, title_fontsize=7)
-    height.plot(t, MILLI * z, color=GRIPPER)
-    height.set_ylabel("$z$ [mm]")
-    rotation.plot(t, angle, color=BLUE)
+    height.plot(t, CM * z, color=GRIPPER)
+    height.set_ylabel("$z$ [cm]")
+    rotation.plot(t, angle, color=GRIPPER)
     rotation.set(ylabel="angle [degree]", xlabel="time [s]")
     return fig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from stripfold.base.arrays import Array, Mask
 from stripfold.draw.colours import FRICTION, GREY, GRIPPER, HANGING, LYING, SHADE, TOUCHING
 from stripfold.draw.style import CM, around, equal_panels, legend_above, styled
 
-LEVELS = (0.03, 0.1, 0.2, 0.3)
+LEVELS = (0.1, 0.2, 0.3)
 """Margins that are drawn, over the length of the strip."""
 CURVES: dict[str, tuple[str, dict[str, Any]]] = {
     "snap": ("snap", {"color": TOUCHING, "lw": 1.8}),
@@ -39,17 +40,20 @@ def draw(
     and for which history they are.  ``path``: places of the gripper on a path, shape (k, 2).
     """
     curves = {name: CM * curves[name] for name in CURVES}
-    fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.55 if path is None else 0.7)
+    shown = list(curves.values())
+    if path is not None:
+        # No path of a plan goes where a landed strip is lifted.
+        shown = [*(curve for name, curve in curves.items() if name != "lifted_landed"), CM * path]
+    fig, (ax,) = equal_panels([around(np.vstack(shown))], above=0.56)
     ax.set(xlabel="gripper $x$ [cm]", ylabel="gripper $z$ [cm]")
     levels = [CM * length * share for share in LEVELS]
     draw_map(ax, curves, CM * grid[0], CM * grid[1], CM * margin, levels, "cm")
     if friction is not None:
         places, snaps, history = friction
-        ax.plot(*(CM * places).T, color=FRICTION, lw=1.2, zorder=4)
-        for which, label, face in ((snaps, "snap", FRICTION), (~snaps, "sag touches", "white")):
-            at = CM * places[which]
-            ax.plot(*at.T, "o", color=FRICTION, mfc=face, ms=3.0, zorder=4, label=f"with friction, {label}")
-        ax.text(0.01, 0.98, history, transform=ax.transAxes, va="top", fontsize=5)
+        places = CM * places
+        ax.plot(*places.T, "-o", color=FRICTION, lw=1.2, ms=3.0, zorder=4, label="with friction (open: sag touches)")
+        ax.plot(*places[~snaps].T, "o", color=FRICTION, mfc="white", ms=3.0, zorder=4)
+        ax.text(0.6, 0.07, fill(history, 30), transform=ax.transAxes, ha="center", fontsize=6.5)
     if path is not None:
         ax.plot(*(CM * path).T, color=GRIPPER, lw=1.6, label="gripper", zorder=5)
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)

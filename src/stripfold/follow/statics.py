@@ -390,6 +390,11 @@ class _Follower:
             return states[-1]
         if stopped.event is LIMIT:
             event, _ = locate(states, self.options)
+            if event.travelled >= end:
+                last = states[-1]
+                at_end = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, self.options))
+                self.add(at_end)
+                return at_end
             while self.lam > event.travelled and self.at is not at:
                 self.points.pop()
                 self.pieces.pop()

@@ -1,0 +1,73 @@
+"""The paper's printed constitutive law on a strip that turns: stress and bending stiffness.
+
+A strip that is folded turns by up to 180 degrees.  An objective law is not affected by the rotation; the printed one is
+(``docs/physics.md``, section 2).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from stripfold.base.arrays import Array
+from stripfold.strip.laws import LAWS, Lame, Law
+from verification.common import dataset
+
+STRETCH = 1.1
+"""Stretch of the bar along its axis."""
+_LAME = Lame.from_young(1.0, 0.0)
+
+
+def run(angles: Array | None = None) -> xr.Dataset:
+    """Both laws over the angle of rotation, with Young's modulus 1 and Poisson's ratio 0.
+
+    ``angles``: angles of rotation, degrees, shape (m,); by default 0, 1, ..., 90.
+
+    Over ``angle``: ``stress_svk`` and ``stress_printed``, see :func:`stress`; ``stiffness_svk`` and
+    ``stiffness_printed``, see :func:`stiffness`.  The attribute ``stretch`` is that of the bar.
+    """
+    angle = np.linspace(0.0, 90.0, 91) if angles is None else np.asarray(angles, dtype=float)
+    values: dict[str, tuple[str, Array]] = {"angle": ("angle", angle)}
+    for name, law in LAWS.items():
+        values |= {
+            f"stress_{name}": ("angle", stress(law, angle)),
+            f"stiffness_{name}": ("angle", stiffness(law, angle)),
+        }
+    return dataset(values, {"stretch": STRETCH, "nu": 0.0}, {"degree": "angle"})
+
+
+def rotation(angle: Array) -> Array:
+    """Rotation matrices, shape (m, 2, 2), of angles in degrees."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+
+
+def stress(law: Law, angle: Array) -> Array:
+    """``S_11 / E`` of a bar stretched along its axis and then rotated, shape (m,).
+
+    ``S = F^-1 P`` with ``F = R(angle) diag(STRETCH, 1)`` is the second Piola-Kirchhoff stress: its components
+    are along the axes of the material, which turn with the bar.
+    """
+    f = rotation(angle) @ np.diag([STRETCH, 1.0])
+    return np.asarray(np.linalg.solve(f, law.stress(f, _LAME))[..., 0, 0])
+
+
+def stiffness(law: Law, angle: Array) -> Array:
+    """Bending stiffness over ``D = E h^3 / 12`` of a strip whose section is rotated, shape (m,).
+
+    Bent to the curvature ``kappa``, a strip whose tangent ``t`` is at ``angle`` has, at the distance ``zeta``
+    from its mid-surface, the deformation gradient ``F = R diag(1 - kappa zeta, 1)``.  The traction on its
+    section is ``P e_1``, and ``P_tt = t . P e_1`` its component along the rotated axis.  The moment
+    ``M = -integral P_tt zeta d zeta`` works on a change of ``kappa``; the stiffness is ``dM / dkappa``
+    at ``kappa = 0``, with the law's tangent and Gauss's rule over the thickness, which is exact here.
+    """
+    r = rotation(angle)
+    axis = r[..., :, 0]
+    zeta, weight = np.polynomial.legendre.leggauss(2)  # in units of h / 2
+    tangent = law.tangent(r, _LAME, None)
+    total = np.zeros(len(r))
+    for z, w in zip(zeta, weight, strict=True):
+        rate = r @ np.diag([-z, 0.0])  # dF / dkappa
+        total += -w * z * np.einsum("...i,...ikl,...kl->...", axis, tangent[..., :, 0, :, :], rate)
+    # Of zeta^2 over the same thickness: what a unit modulus gives.
+    return total / float(weight @ zeta**2)
