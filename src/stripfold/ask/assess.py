@@ -21,13 +21,13 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
+from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip
 from stripfold.follow.memory import STEP, effects_of, load_path
-from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.follow.statics import StripModel, remeshed
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import (

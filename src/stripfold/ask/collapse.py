@@ -20,10 +20,10 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import TimeStepError
 from stripfold.base.material import Material
+from stripfold.base.phases import FALL
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.fall import Fall, collapse
-from stripfold.follow.phases import FALL
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End, StripState, Track, mid_surfaces, node_weights, nodes
 from stripfold.solve.dynamics import Energy, TimeState

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
 from stripfold.base.arrays import Array
+from stripfold.base.phases import AFTER, BEFORE, FALL
 from stripfold.draw.colours import CRITICAL, FALLING, LEVEL, SETTLED
 from stripfold.draw.readers import Collapse, collapse
 from stripfold.draw.style import CM, figure, legend_above, styled, text_at
-from stripfold.follow.phases import AFTER, BEFORE, FALL
 
 LABELS = {BEFORE: "static, before", FALL: "fall", AFTER: "static, after"}
 SMOOTH = 50
