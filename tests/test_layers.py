@@ -33,10 +33,9 @@ def arrows(source: Path) -> set[tuple[str, str]]:
     for file in source.rglob("*.py"):
         here = file.relative_to(source).parts[0]
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if here in BELOW else ():
-            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            names += [item.name for item in node.names] if isinstance(node, ast.Import) else []
-            if names == ["stripfold"]:
-                names = [f"stripfold.{item.name}" for item in node.names]  # type: ignore[attr-defined]
+            names = [item.name for item in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                names = [f"{node.module}.{item.name}" for item in node.names]
             found |= {(here, name.split(".")[1] if "." in name else "") for name in names if name[:9] == "stripfold"}
     return {(one, other) for one, other in found if one != other}
 
