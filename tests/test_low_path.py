@@ -8,7 +8,7 @@ import pytest
 from stripfold import Strip, elastica, paths
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
-from stripfold.follow.track import SNAP, peak_forces, shape_error
+from stripfold.follow.track import SNAP, End, peak_forces, shape_error
 from stripfold.paths import low_path
 from stripfold.paths.rpath import plan_r_path
 

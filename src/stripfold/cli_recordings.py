@@ -31,7 +31,7 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
 
     asked = EtaRequest(**given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
-        raise InvalidInputError("picture", arguments.picture, "this only together with image")
+        raise InvalidInputError("picture", str(arguments.picture), "this only together with image")
     from stripfold.film.eta import EtaB
 
     found = EtaB.of(asked)
