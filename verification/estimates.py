@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.ask import critical_point, select_model
+from stripfold.ask import critical, select_model
 from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, MAX_THICKNESS_STAR, Scene
 from stripfold.ask.model_error import model_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, covers, seed_of, share
 
@@ -64,7 +64,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
         "outcome": REFUSED,
         "message": "",
     }
-    found, message = attempted(partial(critical_point.find, scene, prediction=prediction))
+    found, message = attempted(partial(critical.find, scene, prediction=prediction))
     if found is None:
         return row | {"message": message}
     advance = found.lambda_c if found.snap else found.lambda_touch

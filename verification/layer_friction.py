@@ -21,10 +21,9 @@ from plots.pieces import PATH_LOOKS, PATH_STYLES, Look, entry, note, path_entrie
 from stripfold.base.arrays import Array
 from stripfold.draw.colours import GREEN, GREY, SHADE
 from stripfold.draw.style import figure, legend_above, styled
-from stripfold.follow.assess import shape_error
-from stripfold.follow.collapse import nodes
-from stripfold.follow.path_in_time import SPEED, TIME_OPTIONS, PathInTime, follow_in_time, opened
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import SPEED, TIME_OPTIONS, dissipated, follow_in_time, opened
+from stripfold.follow.track import Track, mid_surfaces, nodes, shape_error
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
@@ -104,7 +103,7 @@ def run(
 
 def _closed(
     name: str, mu: float, length: float, thickness: float, moment: float, speed: float = SPEED, finer: bool = False
-) -> PathInTime:
+) -> Track:
     """The strip at rest with the gripper closed."""
     r_path = name == "r-path"
     path = plan_r_path(length).path if r_path else low(length, LOW) if name == "low" else GEOMETRIC[name](length)
@@ -115,21 +114,21 @@ def _closed(
 
 def _shape(name: str, mu: float, length: float, thickness: float, moment: float) -> Array:
     closed = _closed(name, mu, length, thickness, moment)
-    return closed.problem.model.resampled_mid_surface(closed.last.q, nodes(length))
+    return mid_surfaces(closed.states[-1:], nodes(length))[0]
 
 
 def _numbers(name: str, mu: float, *, length: float, thickness: float, moment: float, **how: Any) -> dict[str, float]:
     """Error of the closed fold; place of its end after the gripper has opened, over the edge; energies."""
     closed = _closed(name, mu, length, thickness, moment, **how)
     after = opened(closed, DAMPING, TIME_OPTIONS)
-    end = after.problem.model.resampled_mid_surface(after.last.q, np.zeros(1))[0]
+    end = mid_surfaces(after.states[-1:], np.zeros(1))[0][0]
     # What appears from nowhere: where friction gives some, and where the balance does not close.
-    given: Array = np.concatenate([np.diff(part.dissipated) for part in (closed, after)])
-    created = float(np.maximum(-given, 0.0).sum()) + max(part.last.energy.closing for part in (closed, after))
+    given: Array = np.concatenate([np.diff(dissipated(part)) for part in (closed, after)])
+    created = float(np.maximum(-given, 0.0).sum()) + max(part.moments[-1].energy.closing for part in (closed, after))
     return {
-        "error": shape_error(closed.problem, closed.last, plan_r_path(length)),
+        "error": shape_error(*closed.states[-1], plan_r_path(length)),
         "edge": float(end[0]) - length / 2.0,
-        "dissipated": float(after.dissipated[-1]),
+        "dissipated": float(dissipated(after)[-1]),
         "created": max(created, 0.0),
     }
 

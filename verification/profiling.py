@@ -17,8 +17,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask import critical_point as critical
-from stripfold.ask import prediction
+from stripfold.ask import critical, prediction
 from stripfold.ask.inputs import Scene
 from stripfold.ask.verdict import assess_path
 from stripfold.base.errors import StripfoldError

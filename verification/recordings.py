@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask import critical_point
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene as StripScene
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
@@ -129,7 +129,7 @@ def _model(data: xr.Dataset, materials: Mapping[str, Mapping[str, Any]]) -> floa
     eta_b, height, length = (float(data[name]) for name in ("eta_b", "gripper_height", "length"))
     eta_m = next((m["eta_m"] for m in materials.values() if np.isclose(m["eta_b"], eta_b, rtol=1e-6)), 1e-3)
     strip = StripScene(length=length, height=height, eta_b=eta_b, eta_m=eta_m, model="rod")
-    return critical_point.find(strip).lambda_c
+    return critical.find(strip).lambda_c
 
 
 def zero_speed(columns: Mapping[str, Array]) -> Array:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stripfold.ask import critical_point
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
 from stripfold.files import store
 from verification.common import command, dataset, processor_time, timed_process
@@ -72,7 +72,7 @@ def _apart(found: xr.Dataset, model: str) -> float:
     scene = Scene.of(
         {"length": LENGTH, "height": float(found.gripper_height), "eta_b": float(found.eta_b), "model": model}
     )
-    alone = critical_point.find(scene)
+    alone = critical.find(scene)
     name = "lambda_c" if alone.snap else "lambda_touch"
     apart = abs(float(found[name]) - getattr(alone, name)) / scene.gravity_length
     return np.inf if isnan(apart) else apart

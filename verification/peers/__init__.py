@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from plots import models
 from plots.pieces import Look, note
 from stripfold import elastica
-from stripfold.ask.critical_point import ELASTICA_ERROR
+from stripfold.ask.critical import ELASTICA_ERROR
 from stripfold.base.errors import StripfoldError
 from stripfold.draw.colours import BLACK, ORANGE, PINK, SKY
 from stripfold.draw.style import figure, legend_above, styled

@@ -21,8 +21,8 @@ from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.path_statics import NODAL_STEPS
-from stripfold.follow.static import LIMIT, End, StripModel, XRun, to_the_end
+from stripfold.follow.statics import LIMIT, NODAL_STEPS, StripModel, to_the_end
+from stripfold.follow.track import End, Track
 from stripfold.solve import continuation
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.problem import Point
@@ -116,7 +116,7 @@ def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float)
     return contact_branch.solved(problem, guess, lam)
 
 
-def hold(unheld: Unheld, s: float) -> XRun:
+def hold(unheld: Unheld, s: float) -> Track:
     """The end of the advance of a strip held at ``s`` too, :data:`NEAREST` or more from the free length's ends.
 
     Raises SolveError: the branch could not be followed.
@@ -147,7 +147,7 @@ def checked_place(place: float | Literal["auto"], auto: float, free_length: floa
     return s
 
 
-def stable_advance(run: XRun) -> tuple[float, End]:
+def stable_advance(run: Track) -> tuple[float, End]:
     """The advance up to which a held strip is stable, at most its length, and the end: a touch if no snap follows.
 
     From the touch of the sag on, the contact is at nodes.
@@ -156,10 +156,12 @@ def stable_advance(run: XRun) -> tuple[float, End]:
     """
     if run.end is not End.TOUCH:
         return run.lam, run.end
+    last = run.points[-2] if len(run.points) > 1 else run.last
+    assert isinstance(last, BranchPoint)
     to, limits = max(run.lam, run.last.model.length), []
     for refinement in REFINEMENTS:
         try:
-            problem, point = on_nodes(run.points[-2], refinement)
+            problem, point = on_nodes(last, refinement)
             first = continuation.start(problem, point.q, point.lam, point.active, 1.0, NODAL_STEPS)
             for item in continuation.follow(problem, first, NODAL_STEPS, [LIMIT]):
                 if not isinstance(item, Point):

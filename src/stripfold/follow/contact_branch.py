@@ -74,6 +74,16 @@ class BranchPoint:
         """Which parts lie."""
         return self.problem.mesh.topology
 
+    @property
+    def lam(self) -> float:
+        """The control parameter."""
+        return self.point.lam
+
+    @property
+    def touches(self) -> bool:
+        """Whether something beside the lying part is on the floor."""
+        return self.topology is not Topology.LYING
+
 
 Planned = Callable[[Array], ContactMesh]
 """A mesh of a strip with one lift-off, planned for its place."""
