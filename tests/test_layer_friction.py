@@ -119,7 +119,7 @@ def test_a_scene_without_statics_after_the_fall_says_so() -> None:
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
     found = collapse.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse.AT_REST
+    assert found.attrs["end"] == collapse.ENDS[End.REST]
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0
