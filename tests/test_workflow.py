@@ -1,4 +1,4 @@
-"""The workflow as its user meets it: a run that was ended midway goes on, and nothing half written is taken for whole."""
+"""The workflow as its user meets it: a run that was ended midway goes on, and nothing half written counts as whole."""
 
 from __future__ import annotations
 
