@@ -20,16 +20,10 @@ from stripfold.strip.solid import Solid
 LENGTH, THICKNESS = 6.0, 0.1
 BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])
 MOMENT, YIELD = 0.3, 0.2
-KINDS = [
-    pytest.param(1, 2, id="order1-across2"),
-    pytest.param(2, 1, id="order2"),
-    pytest.param(2, 2, id="order2-across2"),
-]
-on_all = pytest.mark.parametrize(("order", "across"), KINDS)
 
 
-def strip(order: int = 2, across: int = 1) -> Solid:
-    return Solid.of(LENGTH, THICKNESS, order=order, elements=BOUNDARIES, across=across)
+def strip() -> Solid:
+    return Solid.of(LENGTH, THICKNESS, elements=BOUNDARIES)
 
 
 def friction(model: Solid) -> Hysteresis:
@@ -67,9 +61,8 @@ def partly_slid(model: Solid) -> tuple[Hysteresis, np.ndarray]:
 
 
 class TestDerivatives:
-    @on_all
-    def test_force_is_the_derivative_of_the_stored_energy_where_it_sticks(self, order, across):
-        model = strip(order, across)
+    def test_force_is_the_derivative_of_the_stored_energy_where_it_sticks(self):
+        model = strip()
         q = crooked(model)
         effect = Hysteresis.of(model, 50.0, yield_curvature=100.0)  # never slides
         direction, e = np.random.default_rng(2).standard_normal(model.size), 1e-5
@@ -77,10 +70,9 @@ class TestDerivatives:
         assert effect.force(q) @ direction == pytest.approx(slope, rel=1e-6)
         assert effect.dissipation(q) == 0.0
 
-    @on_all
-    def test_tangent_where_some_stick_and_some_slide(self, order, across):
+    def test_tangent_where_some_stick_and_some_slide(self):
         """Central differences, column by column; symmetry."""
-        model = strip(order, across)
+        model = strip()
         effect, q = partly_slid(model)
         force, tangent = effect.force_and_tangent(q)
         assert 0.2 < np.mean(np.abs(effect.moments(q)) < MOMENT * (1.0 - 1e-12)) < 0.8
@@ -130,11 +122,10 @@ class TestPull:
 
 
 class TestObjectivity:
-    @on_all
     @pytest.mark.parametrize("degrees", [37.0, 90.0, 180.0, -135.0])
-    def test_rigid_motion_causes_no_force(self, order, across, degrees):
+    def test_rigid_motion_causes_no_force(self, degrees):
         """No bending, so no force and no dissipation."""
-        model = strip(order, across)
+        model = strip()
         angle = np.radians(degrees)
         along = np.outer(model.s, [np.cos(angle), np.sin(angle)])
         q = model.unknowns_of(along + np.array([0.4, -2.0]), np.full(len(model.s), angle))
@@ -143,22 +134,21 @@ class TestObjectivity:
         assert np.abs(effect.force(q)).max() < 1e-13
         assert effect.committed(q, np.zeros_like).dissipated == 0.0
 
-    @on_all
-    def test_rotating_a_bent_strip_rotates_its_forces(self, order, across):
+    def test_rotating_a_bent_strip_rotates_its_forces(self):
         """f(R q) = R f(q), with equal moments; sticking and sliding, sections of any shape."""
-        model = strip(order, across)
+        model = strip()
         effect, q = partly_slid(model)
         a = np.radians(200.0)
         turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
-        offset = np.linspace(-0.5, 0.5, model.mesh.unknowns.shape[1])
+        offset = np.linspace(-0.5, 0.5, model.unknowns.shape[1])
         section = np.stack([0.0 * offset, offset], axis=1)
         section[len(offset) // 2] = 0.0
         turned = q.copy()
         # The unknowns of a section are relative to its middle node: rotate positions.
-        turned[model.mesh.unknowns] = (q[model.mesh.unknowns] + section) @ turn.T - section
+        turned[model.unknowns] = (q[model.unknowns] + section) @ turn.T - section
         np.testing.assert_allclose(effect.moments(turned), effect.moments(q), atol=1e-13)
         wanted = np.zeros(model.size)
-        wanted[model.mesh.unknowns] = effect.force(q)[model.mesh.unknowns] @ turn.T
+        wanted[model.unknowns] = effect.force(q)[model.unknowns] @ turn.T
         np.testing.assert_allclose(effect.force(turned), wanted, atol=1e-12)
 
     def test_turns_beyond_half_a_circle(self):
@@ -172,18 +162,16 @@ class TestObjectivity:
 class TestBending:
     """A strip bent to arcs of one curvature, the same in all elements."""
 
-    @on_all
     @pytest.mark.parametrize("curvature", [0.1, 0.2, 0.7, -0.15, -0.9])
-    def test_end_moment(self, order, across, curvature):
+    def test_end_moment(self, curvature):
         """Stiffness times curvature up to M_0."""
-        effect = friction(strip(order, across))
+        effect = friction(strip())
         wanted = np.clip(MOMENT / YIELD * curvature, -MOMENT, MOMENT)
         assert effect.stiffness == pytest.approx(1.5)
         assert end_moment(effect, curvature) == pytest.approx(wanted, rel=1e-8)
         np.testing.assert_allclose(effect.moments(bent(effect.model, curvature)), wanted, rtol=1e-12)
 
-    @on_all
-    def test_loop(self, order, across):
+    def test_loop(self):
         """A loop between -K and K dissipates 4 M_0 (K - kappa_y) per length, and takes the same work.
 
         The work of a step is by the trapezoidal rule, exact because the steps meet the corners of the loop.
@@ -191,7 +179,7 @@ class TestBending:
         largest, step = 0.8, 0.1
         quarter = np.arange(step, largest + step / 2.0, step)
         there_and_back = np.concatenate([quarter[-2::-1], [0.0], -quarter, -quarter[-2::-1], [0.0], quarter])
-        effect = friction(strip(order, across))
+        effect = friction(strip())
         model = effect.model
 
         def through(effect: Hysteresis, curvatures: np.ndarray, before: float) -> tuple[Hysteresis, float]:
@@ -255,7 +243,7 @@ class TestOnOtherElements:
         at = [np.interp(model.s, s, values) for values in (x - LENGTH / 2.0, z, angle)]
         return model.unknowns_of(np.stack(at[:2], axis=1), at[2])
 
-    @pytest.mark.parametrize("kind", ["rod", "solid", "two across"])
+    @pytest.mark.parametrize("kind", ["rod", "solid"])
     def test_a_cycle_of_bending(self, kind: str):
         """4 M_0 (K - kappa_y) per length for the local K, with the elements moving to and fro all the time."""
         ends = np.linspace(0.0, LENGTH, 61)
@@ -266,7 +254,7 @@ class TestOnOtherElements:
         def strip_with(ends: np.ndarray) -> Solid | Rod:
             if kind == "rod":
                 return Rod.of(LENGTH, THICKNESS, elements=ends)
-            return Solid.of(LENGTH, THICKNESS, elements=ends, across=2 if kind == "two across" else 1)
+            return Solid.of(LENGTH, THICKNESS, elements=ends)
 
         def largest(s: np.ndarray) -> np.ndarray:
             return 0.5 + 0.2 * np.sin(2.0 * np.pi * s / LENGTH)
@@ -284,30 +272,17 @@ class TestOnOtherElements:
         print(lost[-1] - lost[19], area)
         assert lost[-1] - lost[19] == pytest.approx(area, rel=0.01)
 
-    def test_elements_across_keep_their_own(self):
-        """kappa_p of the lower and of the upper elements are two functions along the strip."""
-        model = strip(2, 2)
-        middle = 0.5 * (BOUNDARIES[1:] + BOUNDARIES[:-1])
-        slip = np.stack([0.1 * middle, 1.0 - 0.2 * middle], axis=1)
-        effect = replace(friction(model), slip=slip.ravel())
-        lower = effect.directors.unknowns[:, 0, :, 0].min(axis=1)
-        assert np.all(np.diff(lower.reshape(-1, 2), axis=1) != 0)
-        other = model.with_ends(np.linspace(0.0, LENGTH, len(BOUNDARIES)))
-        there = effect.on(model, other).slip.reshape(-1, 2)
-        now = 0.5 * (other.ends[1:] + other.ends[:-1])
-        np.testing.assert_allclose(there[1:-1], np.stack([0.1 * now, 1.0 - 0.2 * now], axis=1)[1:-1], atol=0.01)
-
     def test_on_the_elements_it_is_on_it_is_the_same(self):
         """Although the ends of the elements lie within cells, and next to them nothing jumps."""
         way = np.sin(np.pi * BOUNDARIES / LENGTH)
-        model, near = (strip(2, 1).with_ends(BOUNDARIES + by * way) for by in (0.1, 0.1 + 1e-7))
+        model, near = (strip().with_ends(BOUNDARIES + by * way) for by in (0.1, 0.1 + 1e-7))
         effect = replace(friction(model), slip=np.random.default_rng(3).standard_normal(len(BOUNDARIES) - 1))
         np.testing.assert_allclose(effect.on(model, model).slip, effect.slip, atol=1e-13)
         np.testing.assert_allclose(effect.on(model, near).slip, effect.slip, atol=1e-5)
 
     def test_elements_that_come_back(self):
         """A state that does not change keeps its kappa_p, however often the elements move."""
-        model = strip(2, 1)
+        model = strip()
         effect = Hysteresis.of(model, MOMENT, yield_curvature=YIELD).on(model, model)
         effect = effect.committed(self.bent_by(model, lambda s: np.where(s < 3.0, 1.0, 0.2)), np.zeros_like)
         first = effect.on(model, model).slip
@@ -316,14 +291,14 @@ class TestOnOtherElements:
             effect = effect.on(effect.model, other)
         np.testing.assert_allclose(effect.on(effect.model, model).slip, first, atol=1e-12)
 
-    @pytest.mark.parametrize("kind", ["rod", "solid", "two across"])
+    @pytest.mark.parametrize("kind", ["rod", "solid"])
     def test_moments_are_carried_over(self, kind: str):
         """To elements planned anew the moments, although curvatures there differ by kappa_y and more."""
 
         def strip_with(elements: int) -> Solid | Rod:
             if kind == "rod":
                 return Rod.of(LENGTH, THICKNESS, elements=elements)
-            return Solid.of(LENGTH, THICKNESS, elements=elements, across=2 if kind == "two across" else 1)
+            return Solid.of(LENGTH, THICKNESS, elements=elements)
 
         begin, other = strip_with(60), strip_with(47)
         effect = Hysteresis.of(begin, MOMENT, yield_curvature=1e-3)
@@ -332,16 +307,15 @@ class TestOnOtherElements:
         q, to = (self.bent_by(model, lambda s: 0.5 + 0.2 * np.sin(s) - 3e-4 * s) for model in (begin, other))
         new = effect.carried_over(q, other).let_go(to)
         # Where the friction was of one sign it is the same moment, as a function of the place.
-        across = effect.directors.across
         middle, moments = (
             [0.5 * (model.ends[1:] + model.ends[:-1]) for model in (begin, other)],
-            [each.moments(state)[::across] for each, state in ((effect, q), (new, to))],
+            [each.moments(state) for each, state in ((effect, q), (new, to))],
         )
         expected = np.interp(middle[1], middle[0], moments[0])
         np.testing.assert_allclose(moments[1], expected, atol=0.02 * MOMENT)
         assert np.abs(moments[1]).max() <= MOMENT * (1.0 + 1e-9)
         # kappa_p alone would not do.
-        kept = effect.on(begin, other).moments(to)[::across]
+        kept = effect.on(begin, other).moments(to)
         assert np.abs(kept - expected).max() > 0.03 * MOMENT
         assert new.dissipated == pytest.approx(effect.committed(q, np.zeros_like).dissipated, rel=1e-12)
 
@@ -350,14 +324,14 @@ class TestOnOtherElements:
         ends, new = BOUNDARIES, np.array([0.0, 0.9, 1.3, 2.2, 4.0, 4.4, 6.0])
 
         def averages(ends: np.ndarray, values: np.ndarray, new: np.ndarray) -> np.ndarray:
-            return np.diff(integrals(ends, values, new), axis=0) / np.diff(new)[:, None]
+            return np.diff(integrals(ends, values, new)) / np.diff(new)
 
         def of(at: np.ndarray, power: int) -> np.ndarray:
-            return (np.diff(at ** (power + 1)) / (power + 1) / np.diff(at))[:, None]
+            return np.diff(at ** (power + 1)) / (power + 1) / np.diff(at)
 
         np.testing.assert_allclose(averages(ends, of(ends, 0), new), of(new, 0), atol=1e-14)
         np.testing.assert_allclose(averages(ends, of(ends, 1), new)[1:-1], of(new, 1)[1:-1], atol=1e-13)
-        values = np.random.default_rng(1).standard_normal((len(ends) - 1, 2))
+        values = np.random.default_rng(1).standard_normal(len(ends) - 1)
         found = averages(ends, values, new)
         np.testing.assert_allclose(np.diff(new) @ found, np.diff(ends) @ values, atol=1e-13)
         np.testing.assert_allclose(averages(ends, values, ends), values, atol=1e-13)

@@ -30,12 +30,10 @@ from stripfold.strip.problem import Lift, StripProblem
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
-SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "across": 2}}
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
     "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
-    **{name: partial(Solid.of, 2.0, 0.1, nu=0.3, elements=ENDS, **options) for name, options in SOLIDS.items()},
-    "distorted": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, distort=lambda x: x + 0.01 * np.sin(3.0 * x)),
+    "solid": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS),
 }
 
 
@@ -82,9 +80,6 @@ def test_stress_energy_and_distance(both):
     assert model.strain_distance(q0, q1) == pytest.approx(reference.strain_distance(q0, q1), rel=1e-13)
 
 
-STRAIGHT = [name for name in MODELS if name != "distorted"]
-
-
 def with_growth(model: Model, growth: np.ndarray) -> Model:
     """The strip with its elements longer by these shares."""
     ends = model.ends[0] + np.append(0.0, np.cumsum(np.diff(model.ends) * (1.0 + growth)))
@@ -97,17 +92,17 @@ def reference_of(model: Model) -> RodReference | SolidReference:
 
 @pytest.mark.parametrize("with_stress", [False, True])
 @pytest.mark.parametrize("thickness", [1e-3, 1e-2, 0.06])
-@pytest.mark.parametrize("name", STRAIGHT)
+@pytest.mark.parametrize("name", MODELS)
 def test_derivatives_by_lengths(name, thickness, with_stress):
     """Against differences over strips with longer elements, the stress changed by what the strain's is."""
     model = replace(MODELS[name](), thickness=thickness) if name == "rod" else None
-    model = model or Solid.of(2.0, thickness, nu=0.3, elements=ENDS, **SOLIDS[name])
+    model = model or Solid.of(2.0, thickness, nu=0.3, elements=ENDS)
     rng = np.random.default_rng(6)
     q, dq, zero = 0.1 * rng.standard_normal(model.size), 0.1 * rng.standard_normal(model.size), np.zeros(model.size)
     growth = rng.standard_normal((2, len(ENDS) - 1))
     here = reference_of(model)
     stress = here.predict_stress(q, dq) if with_stress else None
-    force, tangent, columns = model.force_and_derivatives(q, across_strip(model, growth), stress)
+    force, tangent, columns = model.force_and_derivatives(q, growth, stress)
     expected = model.force_and_tangent(q, stress)
     np.testing.assert_array_equal(force, expected[0])
     np.testing.assert_array_equal(tangent.flat, expected[1].flat)
@@ -125,17 +120,7 @@ def test_derivatives_by_lengths(name, thickness, with_stress):
         np.testing.assert_allclose(column, difference, rtol=0.0, atol=1e-6 * np.abs(difference).max())
 
 
-def test_derivatives_by_lengths_of_the_printed_law():
-    model = Solid.of(2.0, 0.06, nu=0.3, elements=ENDS, law="printed")
-    rng = np.random.default_rng(6)
-    q, growth, step = 0.1 * rng.standard_normal(model.size), rng.standard_normal((2, len(ENDS) - 1)), 1e-4
-    columns = model.force_and_derivatives(q, growth)[2]
-    for column, by in zip(columns.T, growth, strict=True):
-        ahead, back = (with_growth(model, sign * step * by).internal_force(q) for sign in (1.0, -1.0))
-        np.testing.assert_allclose(column, (ahead - back) / (2.0 * step), rtol=0.0, atol=1e-6 * np.abs(column).max())
-
-
-@pytest.mark.parametrize("name", STRAIGHT)
+@pytest.mark.parametrize("name", MODELS)
 def test_stress_predicted_in_longer_elements(name):
     """Its error is the square of the step, in the unknowns and in the lengths."""
     model = MODELS[name]()
@@ -143,17 +128,12 @@ def test_stress_predicted_in_longer_elements(name):
     q, dq, growth = 0.1 * rng.standard_normal(model.size), rng.standard_normal(model.size), rng.standard_normal(7)
     apart = []
     for step in (1e-3, 5e-4):
-        predicted = model.predict_stress(q, step * dq, across_strip(model, step * growth))
+        predicted = model.predict_stress(q, step * dq, step * growth)
         there = reference_of(with_growth(model, step * growth))
         true = there.predict_stress(q + step * dq, np.zeros(model.size))
         # Of each strain, or each component in each point: the membrane's stress is much the largest.
         apart.append(np.abs(predicted - true).reshape(len(true), -1).max(axis=0))
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.05)
-
-
-def across_strip(model: Model, growth: np.ndarray) -> np.ndarray:
-    """Of the elements along the strip, for all elements: those across it are neighbours."""
-    return np.repeat(growth, len(model.element_unknowns) // growth.shape[-1], axis=-1)
 
 
 def banded(n: int, width: int, shift: float) -> np.ndarray:

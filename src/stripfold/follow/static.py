@@ -63,8 +63,8 @@ class End(StrEnum):
 class StripModel:
     """A strip in solver units and its discretisation.
 
-    ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
-    :meth:`.Solid.of`.
+    ``length`` and ``thickness`` in L*; ``kind`` is "solid", "rod" or "reference".  ``nu`` is for all but the rod; with
+    another order, number of elements across or law than the usual ones a solid is a :class:`.Reference`.
     """
 
     length: float
@@ -90,15 +90,12 @@ class StripModel:
         """The strip with this number of elements, or with these ends of elements."""
         if self.kind == "rod":
             return Rod.of(self.length, self.thickness, elements=elements)
-        return Solid.of(
-            self.length,
-            self.thickness,
-            nu=self.nu,
-            order=self.order,
-            elements=elements,
-            across=self.across,
-            law=self.law,
-        )
+        if self.kind == "solid" and (self.order, self.across, self.law) == (2, 1, "svk"):
+            return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements)
+        from stripfold.strip.reference import Reference  # scikit-fem takes longer to import than many a run
+
+        options = {"order": self.order, "across": self.across, "law": self.law}
+        return Reference.of(self.length, self.thickness, nu=self.nu, elements=elements, **options)
 
 
 @dataclass(frozen=True)

@@ -127,11 +127,8 @@ class ContactMesh:
         return _parts(contact, self.length)
 
     def growth(self, contact: Array) -> Array:
-        """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements).
-
-        The elements are those of the model: all those across the strip.
-        """
-        return np.take(self._sides / self.parts(contact), self._part_of_all, axis=1)
+        """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements)."""
+        return np.take(self._sides / self.parts(contact), self._places[0], axis=1)
 
     def weight(self, contact: Array) -> tuple[Array, Array]:
         """Weight of what is off the floor, which carries that of what lies, and its derivatives by the coordinates.
@@ -157,16 +154,10 @@ class ContactMesh:
 
         The latter are the moments on the rod's slopes: the derivative by the logarithm of the length is twice as large.
         """
-        model = self.model
-        weight, rate = model.element_weight, model.weight_rate
-        rows = np.where(self.topology.value, -1, np.arange(len(self.shares)))[self._part_of_all]
-        at = (rows[:, None] * model.size + model.element_unknowns)[rows >= 0].ravel()
-
-        def summed(of_elements: Array) -> Array:
-            flat = np.bincount(at, of_elements[rows >= 0].ravel(), len(self.shares) * model.size)
-            return flat.reshape(len(self.shares), -1).astype(float)
-
-        return summed(2.0 * weight - rate), summed(rate - weight)
+        model, is_free = self.model, ~np.array(self.topology.value)[:, None]
+        parts = np.where(is_free & (self._places[0] == np.arange(len(self.shares))[:, None]), 1.0, 0.0)
+        weight, rate = (np.stack([get(part) for part in parts]) for get in (model.weighted, model.weighted_rate))
+        return 2.0 * weight - rate, rate - weight
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
@@ -183,12 +174,6 @@ class ContactMesh:
         """Derivatives of the parts' lengths by the contact coordinates, shape (n_coordinates, n_parts)."""
         count = len(self.planned)
         return np.eye(count, count + 1) - np.eye(count, count + 1, 1)
-
-    @cached_property
-    def _part_of_all(self) -> Index:
-        part = self._places[0]
-        # Elements across the strip are neighbours in the numbering.
-        return np.repeat(part, len(self.model.element_unknowns) // len(part))
 
     @cached_property
     def elements_at(self) -> Index:

@@ -50,8 +50,7 @@ class ElementMoments(MovableEffect):
 
     def _add(self, q: Array, growth: Array, force: Array, band: Array, columns: Array) -> None:
         d, curvature = self.directors, self.curvature(q)
-        # An element is a share of its section: one half with two elements across.
-        moment, modulus = (values / d.across for values in self._moment(curvature))
+        moment, modulus = self._moment(curvature)
         rate = modulus * self._rate(curvature, growth) if len(growth) else NONE
         kernels.bending.assemble(
             d.unknowns, d.factor, d.straight, d.length, np.ascontiguousarray(q), moment, modulus, rate,

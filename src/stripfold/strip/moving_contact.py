@@ -144,8 +144,7 @@ class MovingContact:
         model = self.mesh.model
         row = np.zeros(model.size)
         directors = model.directors
-        # Elements across the strip follow each other.
-        element = directors.across * int(self.mesh.elements_at[0])
+        element = int(self.mesh.elements_at[0])
         unknowns, factor = directors.unknowns[element, 0], directors.factor[element, 0]
         # Along the strip the tangent is (1, 0) plus the slopes; across it the director is (0, 1) plus theirs.
         np.add.at(row, unknowns[:, 0 if model.slopes is None else 1], factor)

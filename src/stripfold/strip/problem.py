@@ -208,8 +208,6 @@ class StripProblem(FixedUnknowns):
 
     def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
         """The elements, friction in them and the weight if nothing else acts over a step: no layers in contact."""
-        if not self.model.has_energy:
-            return None
         springs = kernels.bending.NO_SPRINGS
         for effect in self.effects:
             if not isinstance(effect, Hysteresis) or springs is not kernels.bending.NO_SPRINGS:

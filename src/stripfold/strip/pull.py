@@ -50,12 +50,12 @@ class Pull(MovableEffect):
     def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
         model, mass = self.model, self.model.mass
         before, q_prev = self.before or (model, self.q_prev)
-        unknowns, per_end = model.element_unknowns, len(model.element_unknowns) // (len(model.ends) - 1)
+        unknowns = model.element_unknowns
         stretched = model.mass_rate(q - self.q_prev)
         force += self.force(q)
         tangent.add(mass, self.k_f)
         for share, column in zip(growth, columns.T, strict=True):
-            moves = np.append(0.0, np.cumsum(share[::per_end] * np.diff(model.ends)))
+            moves = np.append(0.0, np.cumsum(share * np.diff(model.ends)))
             change = MOVE * np.interp(model.s, model.ends, moves)
             ahead, back = before.resampled(q_prev, np.append(model.s + change, model.s - change)).reshape(2, -1)
             by_length = np.bincount(unknowns.ravel(), (share[:, None] * stretched).ravel(), model.size)
