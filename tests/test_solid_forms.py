@@ -40,7 +40,7 @@ def test_the_kernels_are_the_forms(nu):
         error = np.abs(fast - slow).max() / np.abs(slow).max()
         assert error < 1e-12, (name, error)
     by_length = [model.force_and_derivatives(q, growth[None])[2] for model in models]
-    np.testing.assert_allclose(*by_length, atol=1e-7 * np.abs(by_length[0]).max())
+    np.testing.assert_allclose(*by_length, atol=1e-12 * np.abs(by_length[0]).max())
 
 
 @pytest.mark.parametrize("thickness", [1e-1, 1e-2, 1e-3, 1e-4])

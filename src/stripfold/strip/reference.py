@@ -25,8 +25,6 @@ from stripfold.strip.model import NO_GROWTH, NONE
 from stripfold.strip.solid import Solid, ends_of, gauss, numbering
 
 LAWS = "svk", "printed"
-LONGER = 1e-5
-"""Share by which elements are longer or shorter in differences of the force."""
 CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])
 """Of scikit-fem's unit square, shape (2, 4)."""
 
@@ -88,12 +86,32 @@ def force(law: str) -> LinearForm:
 def tangent(law: str) -> BilinearForm:
     """``integral of (dF S + F dS) : grad v``, ``dF = grad du``; a predicted stress stands for S in the first term."""
 
+    known: list[Any] = [None, None]
+
     def form(du: Any, v: Any, w: Any) -> Array:
-        f, df = deformation_gradient(w["u"]), grad(du)
-        s = w["predicted"] if "predicted" in w else second_piola(f, w, law)
-        return ddot(product(df, s) + product(f, second_piola_rate(f, df, w, law)), grad(v))
+        if known[0] is not du:  # scikit-fem takes all v for one du
+            f, df = deformation_gradient(w["u"]), grad(du)
+            s = w["predicted"] if "predicted" in w else second_piola(f, w, law)
+            known[:] = du, product(df, s) + product(f, second_piola_rate(f, df, w, law))
+        return ddot(known[1], grad(v))
 
     return BilinearForm(form)
+
+
+def by_length(law: str) -> LinearForm:
+    """The force's derivative where the logarithm of each element's length changes by a share.
+
+    Derivatives along the strip are proportional to 1 / length, areas to the length.
+    """
+
+    def form(v: Any, w: Any) -> Array:
+        f = deformation_gradient(w["u"])
+        s, df = second_piola(f, w, law), np.zeros_like(f)
+        df[:, 0] = -grad(w["u"])[:, 0]
+        rate = product(df, s) + product(f, second_piola_rate(f, df, w, law))
+        return w["share"] * (ddot(rate, grad(v)) + dot(product(f, s)[:, 1], grad(v)[:, 1]))
+
+    return LinearForm(form)
 
 
 @BilinearForm
@@ -262,16 +280,9 @@ class Reference(Solid):
             return internal, None, np.zeros((self.size, 0))
         predicted = {} if stress is None or self.law != "svk" else {"predicted": DiscreteField(stress)}
         stiffness = self._band(tangent(self.law).assemble(self.basis, **fields, **predicted))
-        return internal, stiffness, np.array([self._by_length(q1, share) for share in growth]).T.reshape(self.size, -1)
-
-    def _by_length(self, q: Array, share: Array) -> Array:
-        """Derivative of the force by the logarithm of the elements' lengths times ``share``."""
-        sizes = np.diff(self.ends)
-        forces = [
-            self.with_ends(np.append(0.0, np.cumsum(sizes * (1.0 + sign * LONGER * share)))).internal_force(q)
-            for sign in (1.0, -1.0)
-        ]
-        return np.asarray((forces[0] - forces[1]) / (2.0 * LONGER))
+        shares = [np.repeat(share, self.across)[:, None] + np.zeros_like(self.basis.dx) for share in growth]
+        forms = [by_length(self.law).assemble(self.basis, **fields, share=DiscreteField(share)) for share in shares]
+        return internal, stiffness, np.array([back @ each for each in forms]).T.reshape(self.size, -1)
 
     @property
     def directors(self) -> Directors:
