@@ -29,6 +29,8 @@ LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
 LARGEST_DISPLACEMENT = 0.3
 """Largest displacement of the mid-surface in an iteration, L*: what :class:`.NewtonOptions` limits."""
+DISPLACEMENTS = 1e-4
+"""Weight of the mid-surface's displacements in the length of a step, per length of strip."""
 KEPT_MESHES = 3
 """Meshes kept: those of the last states."""
 
@@ -206,9 +208,10 @@ class MovingContact:
 
     @cached_property
     def metric(self) -> Array:
-        """Steps are measured in lambda and the contact coordinates."""
-        metric = np.zeros(self.size)
-        metric[self.n :] = 1.0
+        """Steps are measured in lambda and the contact coordinates; displacements count where all of these stand still."""
+        model, metric = self.mesh.model, np.ones(self.size)
+        metric[: self.n] = 0.0
+        metric[model.middle] = DISPLACEMENTS * np.gradient(model.s)[:, None]
         return metric
 
     def contact(self, q: Array) -> Array:
