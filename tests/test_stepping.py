@@ -31,7 +31,7 @@ from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import half_fold, plan_r_path
 from stripfold.solve import continuation
 from stripfold.solve.events import Event, never
-from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.contact_mesh import FOLDED, INTERVAL, POINT
 from stripfold.strip.effects import Effect, Hysteresis, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
@@ -179,7 +179,7 @@ class TestLoadingIncrementally:
             held = [] if problem.model.slopes is None else problem.model.slopes
             assert np.abs(residual[np.setdiff1d(others, held)]).max() < 1e-7
         assert [step.touches for step in low_steps] == sorted(step.touches for step in low_steps)
-        assert low_steps[-1].at.topology in (Topology.POINT, Topology.INTERVAL)
+        assert low_steps[-1].at.topology in (POINT, INTERVAL)
 
     def test_effects_remember_the_step_before(self, low_steps: list[Step]):
         compared = 0
@@ -575,7 +575,7 @@ def test_a_layer_that_friction_keeps_bent_comes_down(
     path = plan_r_path(length).path
     *_, last = load_incrementally(mesh, path, effects_of("hysteresis", 0.2175, 0.289), size)
     assert last.lam == path.length
-    assert last.at.topology is Topology.FOLDED
+    assert last.at.topology == FOLDED
     assert shape_error(*last.on_mesh, half_fold(length)) == pytest.approx(0.0535, abs=1e-3)
     (at,) = turned
     height = at.mid_surface(at.model.ends)[:, 1]
@@ -614,7 +614,7 @@ def test_a_layer_that_has_not_come_down_is_a_loss(monkeypatch: pytest.MonkeyPatc
 def test_the_end_of_a_layer_beside_the_gripper_is_told_from_the_others() -> None:
     """Where another end of the contact moves most, or where no layer lies, a limit point is a loss."""
     steps = [step.at for step in load_incrementally(MESH, LOW, none, 1.0)]
-    at = next(at for at in steps if at.topology is Topology.INTERVAL)
+    at = next(at for at in steps if at.topology == INTERVAL)
 
     def moving(*rates: float) -> bool:
         tangent = replace(at.point.tangent, q=np.append(np.zeros(at.problem.n), rates))
@@ -633,7 +633,7 @@ def test_a_layer_that_begins_to_lie_just_over_the_floor() -> None:
     mesh = StripModel(length, 0.0513747, kind="rod").contact_mesh(1.0, memory=True)
     *_, last = load_incrementally(mesh, path, effects_of("hysteresis", 0.2758, 0.526615), 0.25)
     assert last.lam == path.length
-    assert last.at.topology is Topology.FOLDED
+    assert last.at.topology == FOLDED
 
 
 def test_a_state_on_elements_planned_anew_is_an_equilibrium_with_its_friction() -> None:

@@ -31,7 +31,7 @@ from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
 from studies.common import Progress, dataset, grid
@@ -106,7 +106,7 @@ def _first(case: Case, path: GripperPath) -> BranchPoint:
         start = min(branch, key=lambda state: abs(state.advance - lam))
     strip = StripModel(case.length, case.thickness, kind="rod")
     longest = np.array([LONGEST_FREE * case.length])
-    mesh = Kept.of(case.length, Topology.LYING, longest, SIZES.scaled(case.refinement), strip.model)
+    mesh = Kept.of(case.length, LYING, longest, SIZES.scaled(case.refinement), strip.model)
 
     def kept(contact: Array) -> ContactMesh:
         return replace(mesh, planned=contact, model=mesh.at(contact))

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.base.errors import SolveError
 from stripfold.follow.assess import BUMP, assess_strip, peak_forces, shape_error, size_of_fall
 from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.path_in_time import follow_in_time
-from stripfold.follow.path_statics import MOVING, follow
+from stripfold.follow.path_statics import follow
 from stripfold.follow.release import Fall, ReleaseState, simulate_fall
 from stripfold.follow.static import StripModel
 from stripfold.paths.geometric import triangular
@@ -180,8 +179,6 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
     Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
     """
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
-    if found.contact != MOVING:
-        raise SolveError(found.segments[-1].nodal)
     if not found.stable:
         return LIMITED, dict.fromkeys(NUMBERS, np.nan)
     grip, hold = peak_forces(found.states)

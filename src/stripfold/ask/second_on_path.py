@@ -23,7 +23,7 @@ from stripfold.follow.static import LAMBDA_TOLERANCE, LIMIT, StripModel
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import critical
 from stripfold.solve.events import Event
-from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.contact_mesh import LYING
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, TwoGrippers
 
@@ -61,7 +61,7 @@ def second_on_path(
     if one.critical is None:
         return None
     last, number = one.last, one.pieces[-1]
-    if last is None or last.topology is not Topology.LYING:
+    if last is None or last.topology != LYING:
         raise SolveError("the sag lies on the lower layer where the strip becomes unstable: no gripper can take it")
     model = last.problem.at(last.problem.contact(one.critical.before.q)).model
     mode = np.linalg.norm(one.critical.mode[model.middle], axis=1)

@@ -17,7 +17,7 @@ from stripfold.base.errors import SolveError
 from stripfold.follow.collapse import nodes
 from stripfold.follow.contact import lift_off, touch_position, touches
 from stripfold.follow.contact_branch import STEPS, BranchPoint
-from stripfold.follow.path_statics import MOVING, NODAL, State, StaticSegment, follow
+from stripfold.follow.path_statics import MOVING, State, StaticSegment, follow
 from stripfold.follow.release import (
     Fall,
     Motion,
@@ -122,8 +122,8 @@ class Assessment:
 
     @property
     def contact(self) -> str:
-        """Whether the contact was found by its coordinates in all static states, or node by node in some."""
-        return NODAL if any(segment.nodal for segment in self.segments) else MOVING
+        """How the contact was found: by its coordinates in all static states."""
+        return MOVING
 
     @property
     def at_end(self) -> bool:
@@ -160,7 +160,7 @@ def assess_strip(
             break
         try:
             say(f"falling at {found.lam / path.length:.0%} of the path")
-            motion = simulate_fall(ReleaseState.at(segment.last or segment.states[-1], refinement), fall)
+            motion = simulate_fall(ReleaseState.at(segment.last, refinement), fall)
             motions.append(motion)
             if touch is None and motion.touch is not None:
                 touch = Touchdown(found.lam, motion.touch_x, True)

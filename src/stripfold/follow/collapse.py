@@ -29,7 +29,6 @@ from stripfold.follow.release import (
     ReleaseState,
     at_rest,
     simulate_fall,
-    state_at_rest,
 )
 from stripfold.follow.static import End, StripModel, XRun, solve_height
 from stripfold.paths.curve import GripperPath, Interpolated
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
 SPACING = 0.1
 """Largest distance of the nodes at which states are stored or compared, L*."""
 ABOVE = "the gripper is above the held end"
+LAYERS_MEET = "layers meet above the floor: statics do not know that contact"
 AT_REST = "rest after the fall: statics do not know the friction between the layers"
 
 
@@ -135,13 +135,9 @@ def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 
     mesh, path = strip.contact_mesh(refinement), GripperPath("along x", (along_x,))
     segment = follow(mesh, path, length, at_rest(mesh, motion))
     layers, model = motion.problem.self_contact, motion.problem.model
-    if layers is not None and any(
-        layers.gap(problem.model.resampled(point.q, model.s)) < 0.0 for problem, point in segment.states
-    ):
-        # Layers meet: a contact that only states on a fixed mesh have.
-        rest = motion.problem, state_at_rest(motion.problem, motion.states[-1])
-        segment = follow(mesh, path, length, rest)
     for i, (problem, point) in enumerate(segment.states):
+        if layers is not None and layers.gap(problem.model.resampled(point.q, model.s)) < 0.0:
+            return segment.states[:i], LAYERS_MEET
         if lift_off(problem.model, point) > longest_free(problem.model):
             return segment.states[: i + 1], End.LIFTED.value
     return segment.states, ABOVE if segment.critical is None else "another critical point"

@@ -13,7 +13,7 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.follow.contact_branch import BranchPoint, transferred
 from stripfold.paths.curve import Piece
-from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.contact_mesh import FOLDED, INTERVAL, Topology
 from stripfold.strip.problem import Motion
 
 LOW = 1e-3
@@ -42,14 +42,14 @@ def lands(at: BranchPoint, lam: float) -> bool:
 
 def landed(at: BranchPoint, lam: float) -> BranchPoint:
     """The state with the gripper on the floor, from one just above it with an upper layer that lies."""
-    return _moved(at, at.contact[1:], Topology.FOLDED, lam)
+    return _moved(at, at.contact[1:], FOLDED, lam)
 
 
 def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
     """The state with the gripper just above the floor, from one with the gripper on it."""
     height = float(at.problem.motion.values(lam)[-1])
     beside = min((24.0 * height) ** 0.25, 0.5 * float(at.contact[0]))
-    return _moved(at, np.concatenate([[beside], at.contact]), Topology.INTERVAL, lam)
+    return _moved(at, np.concatenate([[beside], at.contact]), INTERVAL, lam)
 
 
 def _moved(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:

@@ -41,7 +41,7 @@ from stripfold.solve import continuation, critical, newton
 from stripfold.solve.events import Crossing, Event
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
-from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.contact_mesh import INTERVAL, LYING
 from stripfold.strip.effects import Hysteresis, MovableEffect, Pull
 from stripfold.strip.hysteresis import YIELD_CURVATURE
 from stripfold.strip.model import Model
@@ -88,7 +88,7 @@ class Step:
     @property
     def touches(self) -> bool:
         """Whether something beside the lying part is on the floor."""
-        return self.at.topology is not Topology.LYING
+        return self.at.topology != LYING
 
     @property
     def on_mesh(self) -> tuple[StripProblem, Point]:
@@ -257,7 +257,7 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
 
     def stops(problem: MovingContact) -> list[Event]:
         reached = zero(REACHED, lambda point: end - point.lam)
-        if not near_floor or problem.mesh.topology is not Topology.INTERVAL:
+        if not near_floor or problem.mesh.topology != INTERVAL:
             return [reached, lift_off_of_all(problem), LIMIT]
         low = zero(LANDING, lambda point: over_low(problem.motion, point.lam))
         return [reached, low, lift_off_of_all(problem), LIMIT]
@@ -267,7 +267,7 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     for item in _followed(first, stops):
         if isinstance(item, BranchPoint):
             last = item if item.point.lam < end else last
-            lies = near_floor and item.topology is Topology.INTERVAL
+            lies = near_floor and item.topology == INTERVAL
             if lies and over_low(item.problem.motion, item.point.lam) < 0.0:
                 # Its layer began to lie only there.
                 new = landed(item, end)
@@ -303,7 +303,7 @@ def _layer_comes_down(after: BranchPoint) -> bool:
     the contact goes there.  Source: docs/method.md.
     """
     moves = np.abs(after.point.tangent.q[after.problem.n :])
-    return after.topology is Topology.INTERVAL and int(np.argmax(moves)) == 0
+    return after.topology == INTERVAL and int(np.argmax(moves)) == 0
 
 
 def _followed(

@@ -84,10 +84,8 @@ class ReleaseState:
     nudge: float = NUDGE
 
     @classmethod
-    def at(cls, at: BranchPoint | tuple[StripProblem, Point], refinement: float = 1.0) -> ReleaseState:
+    def at(cls, at: BranchPoint, refinement: float = 1.0) -> ReleaseState:
         """Release in the last state before a critical point, on a fixed mesh."""
-        if not isinstance(at, BranchPoint):
-            return cls(*at, at[1].mode)
         problem, point = on_nodes(at, refinement, stable=True)
         return cls(problem, point, point.mode, NUDGE + at.point.lam - point.lam)
 
@@ -151,13 +149,9 @@ def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
     return point
 
 
-def at_rest(mesh: Planned, motion: Motion) -> BranchPoint | tuple[StripProblem, Point]:
-    """The equilibrium that a motion ended in; its contact is at nodes where it is none of :class:`.Topology`.
+def at_rest(mesh: Planned, motion: Motion) -> BranchPoint:
+    """The equilibrium that a motion ended in.
 
-    Raises SolveError: as :func:`state_at_rest`.
+    Raises SolveError: as :func:`state_at_rest` and :func:`.from_nodes`.
     """
-    problem, point = motion.problem, state_at_rest(motion.problem, motion.states[-1])
-    try:
-        return from_nodes(mesh, problem, point)
-    except SolveError:
-        return problem, point
+    return from_nodes(mesh, motion.problem, state_at_rest(motion.problem, motion.states[-1]))

@@ -30,7 +30,7 @@ from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.events import Event, never
 from stripfold.strip import contact_mesh
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX, Lift
@@ -82,7 +82,7 @@ class StripModel:
         sizes = contact_mesh.Sizes(free, lying, at_contact).scaled(refinement)
 
         def plan(contact: Array) -> ContactMesh:
-            return ContactMesh.of(self.length, Topology.LYING, contact, sizes, self.model)
+            return ContactMesh.of(self.length, LYING, contact, sizes, self.model)
 
         return plan
 

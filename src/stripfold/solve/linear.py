@@ -272,7 +272,7 @@ class Bordered:
     def _eliminated(self) -> tuple[Solve, Array, Array]:
         """The block's solver, its solutions for the columns, and the Schur complement."""
         solve = self.block.factor()
-        response = np.array([solve(column) for column in self.columns.T]).T
+        response = np.array([solve(column) for column in self.columns.T]).reshape(self.columns.shape[::-1]).T
         return solve, response, self.corner - self.rows @ response
 
     def factor(self) -> Solve:
