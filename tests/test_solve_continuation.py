@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from oracles.lee_frame import LeeFrame
-from oracles.toys import NONE, Toy, Truss, branches, breaking, opening
+from oracles.toys import NONE, Toy, Truss, branches, breaking
 from stripfold.base.errors import ContinuationError, NewtonError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import critical_point
+from stripfold.solve.critical import LIMIT
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point, Problem, Tangent, inner
 
@@ -212,7 +212,7 @@ class TestGuards:
         second = continuation.step(problem, first, 0.5, options)
         assert continuation.step(problem, second, 0.5, options).negatives == 1
         points = []
-        for item in continuation.follow(problem, first, options, [critical_point(1e-6)]):
+        for item in continuation.follow(problem, first, options, [replace(LIMIT, tolerance=1e-6)]):
             assert isinstance(item, Point)
             points.append(item)
             if item.lam > 1.0:
@@ -237,54 +237,6 @@ class TestGuards:
         assert {p.negatives for p in points} == {0}
         more = replace(STEPS, max_inertia_change=2)
         assert points_until(problem, more, lambda p: p.lam > 1.5)[-1].negatives == 2
-
-
-class TestTurn:
-    """Where a contact opens or closes a branch can turn back; truth: ``oracles.toys.opening`` in closed form."""
-
-    @pytest.mark.parametrize("b", [0.75, 0.45, 0.25, 0.1])
-    def test_where_a_contact_opens(self, b):
-        """On the floor up to lambda = 1, then back on the other side, unstable; every point is on the branch."""
-        problem = opening(b)
-        start = continuation.start(problem, np.zeros(2), 0.0, np.array([1]), 1.0, STEPS)
-        points = []
-        for p in islice(continuation.follow(problem, start, STEPS), 400):
-            points.append(p)
-            if p.lam < 0.5 and p.arc > 1.0:
-                break
-        assert points[-1].lam < 0.5
-        for p in points:
-            x, y = p.q
-            assert x == pytest.approx(p.lam if y == 0.0 else 1.0 + b * y, abs=1e-8)
-            assert p.lam == pytest.approx(x - y, abs=1e-8)
-            assert p.lam <= 1.0 + 1e-8
-            if len(p.state.active):
-                assert (p.negatives, y) == (0, 0.0)
-                assert p.tangent.lam > 0.0
-            else:
-                assert (p.negatives, y >= 0.0) == (1, True)
-                assert p.tangent.lam < 0.0
-                assert p.tangent.q[1] > 0.0
-        assert max(p.lam for p in points) > 0.95
-
-    @pytest.mark.parametrize("b", [0.75, 0.25])
-    def test_where_a_contact_closes(self, b):
-        """The same branch the other way round: lambda rises to 1 on the unstable part, falls on the floor."""
-        problem = opening(b)
-        x = 1.0 + 0.5 * b
-        start = continuation.start(problem, np.array([x, 0.5]), x - 0.5, NONE, 1.0, STEPS)
-        assert start.tangent.q[1] < 0.0
-        points = []
-        for p in islice(continuation.follow(problem, start, STEPS), 400):
-            points.append(p)
-            if len(p.state.active) and p.lam < 0.7:
-                break
-        last = points[-1]
-        assert last.lam < 0.7
-        assert last.q == pytest.approx([last.lam, 0.0], abs=1e-9)
-        assert last.tangent.lam < 0.0
-        assert last.negatives == 0
-        assert min(p.q[1] for p in points) >= -1e-12
 
 
 class TestStepControl:

@@ -11,7 +11,7 @@ import pytest
 
 from oracles import lee_frame
 from oracles.lee_frame import LeeFrame
-from oracles.toys import NONE, Toy, Truss, breaking, opening, with_bystander
+from oracles.toys import NONE, Toy, Truss, breaking, with_bystander
 from stripfold.base.errors import SolveError
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
@@ -154,25 +154,6 @@ class TestOtherCritical:
         problem = Truss(1.0, 2.0, stiffness=3.0).problem()
         with pytest.raises(SolveError, match="only bracketed"):
             critical.locate(problem, *bracket(problem, STEPS), 1e-12, STEPS, max_evaluations=2)
-
-
-@pytest.mark.parametrize("b", [0.75, 0.25])
-def test_a_maximum_where_a_contact_opens(b):
-    """Truth: ``oracles.toys.opening``: lambda_c = 1 where the floor's force is gone; all detectors jump there."""
-    problem = opening(b)
-    first = continuation.start(problem, np.zeros(2), 0.0, np.array([1]), 1.0, STEPS)
-    for before, after in islice(pairwise(continuation.follow(problem, first, STEPS)), 300):
-        if critical.is_past(after, before):
-            break
-    found = critical.locate(problem, before, after, 1e-6, STEPS)
-    print(f"error {found.lam - 1.0:.1e}, bracket {found.upper - found.lower:.1e}")
-    assert found.agree
-    assert found.lam == pytest.approx(1.0, abs=1e-6)
-    assert found.lower <= 1.0 + 1e-9
-    # The contact is opened where the last step was too short to come nearer.
-    assert found.upper >= 1.0 - STEPS.smallest
-    assert len(found.before.state.active) == 1
-    assert len(found.after.state.active) == 0
 
 
 class TestNewtonIsNoDetector:

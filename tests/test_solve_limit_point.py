@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss
 from stripfold.base.errors import NewtonError, SolveError
-from stripfold.solve import continuation, critical, limit_point
+from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Problem, Tangent
@@ -24,9 +25,9 @@ TOP = RISE / sqrt(3.0) - RISE
 DOWN = Tangent(np.array([0.0, -1.0]), 0.0)
 
 
-def solve(q: float, lam: float, tolerance: float = 1e-10, towards: Tangent = DOWN) -> limit_point.LimitPoint:
+def solve(q: float, lam: float, tolerance: float = 1e-10, towards: Tangent = DOWN) -> critical.LimitPoint:
     """The truss's limit point from an apex displacement."""
-    return limit_point.solve(TRUSS.problem(), np.array([0.0, q]), lam, towards, NONE, TIGHT, tolerance=tolerance)
+    return critical.limit_point(TRUSS.problem(), np.array([0.0, q]), lam, towards, NONE, TIGHT, tolerance=tolerance)
 
 
 @pytest.mark.parametrize(("q", "share"), [(0.5 * TOP, 0.8), (0.9 * TOP, 1.0), (1.2 * TOP, 1.1), (0.5 * TOP, 0.0)])
@@ -64,7 +65,7 @@ def test_prescribed_unknowns_move_with_lambda():
 
     problem = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
     start = np.array([3.0, -1.4])
-    found = limit_point.solve(problem, start, 3.0, Tangent(np.array([0.0, 1.0]), 0.0), NONE, TIGHT, tolerance=1e-9)
+    found = critical.limit_point(problem, start, 3.0, Tangent(np.array([0.0, 1.0]), 0.0), NONE, TIGHT, tolerance=1e-9)
     assert found.state.lam == pytest.approx(4.0, abs=1e-10)
     assert found.state.q == pytest.approx([4.0, -1.0], abs=1e-7)
     assert found.bend.lam == pytest.approx(-6.0, rel=1e-4)
@@ -79,12 +80,10 @@ def test_lee_frame():
         if critical.is_past(after, before):
             break
         before = after
-    bracketed = continuation.narrow(
-        continuation.Crossing(critical.critical_point(1e-8), before, after),
-        lambda at, ds: continuation.step(frame, at.before, ds, options),
-    )
+    event = replace(critical.LIMIT, tolerance=1e-5)
+    bracketed = continuation.locate(frame, continuation.Crossing(event, before, after), options)
     found = critical.near(frame, before, 1e-8, options)
-    assert found.lam == pytest.approx(bracketed.before.lam, abs=2e-8)
+    assert found.lam == pytest.approx(bracketed.before.lam, abs=1e-7)
     assert found.agree
     assert found.width <= 1e-8
 
@@ -116,7 +115,7 @@ class TestCheck:
         """The steep truss has swayed to a side before its limit load: neither side is stable."""
         steep = Truss(1.0, 2.0, stiffness=3.0)
         q = np.array([0.0, 2.0 / sqrt(3.0) - 2.0 + 0.01])
-        found = limit_point.solve(steep.problem(), q, steep.limit_load, DOWN, NONE, TIGHT)
+        found = critical.limit_point(steep.problem(), q, steep.limit_load, DOWN, NONE, TIGHT)
         assert found.state.lam == pytest.approx(steep.limit_load, rel=1e-9)
         with pytest.raises(SolveError, match="does not lose its stability"):
             critical.checked(steep.problem(), found, 1e-6, STEPS)
@@ -126,7 +125,7 @@ def test_there_is_none():
     """A branch on which lambda always rises: an error with the history, no point."""
     rising = Toy(1, lambda q, lam: (q**3 + q - lam, np.diag(3.0 * q**2 + 1.0), -np.ones(1)))
     with pytest.raises(NewtonError) as error:
-        limit_point.solve(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
+        critical.limit_point(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
     assert error.value.residuals
 
 
@@ -147,7 +146,9 @@ def test_prescribed_unknowns_are_in_place():
     towards = Tangent(np.array([0.0, 1.0]), 0.0)
     # The limit point at the height 1, but for what makes a matrix exactly singular.
     start = np.array([1.0, 0.3 + 1e-7])
-    assert limit_point.solve(problem(1.0), start, 2.0, towards, NONE, TIGHT).state.lam == pytest.approx(2.0, abs=1e-10)
-    found = limit_point.solve(problem(2.0), start, 3.0, towards, NONE, TIGHT)
+    assert critical.limit_point(problem(1.0), start, 2.0, towards, NONE, TIGHT).state.lam == pytest.approx(
+        2.0, abs=1e-10
+    )
+    found = critical.limit_point(problem(2.0), start, 3.0, towards, NONE, TIGHT)
     assert found.state.q[0] == 2.0
     assert found.state.lam == pytest.approx(4.0, abs=1e-10)

@@ -30,7 +30,7 @@ from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import half_fold, plan_r_path
 from stripfold.solve import continuation
-from stripfold.solve.events import Event, never
+from stripfold.solve.continuation import Event
 from stripfold.strip.contact_mesh import FOLDED, INTERVAL, POINT
 from stripfold.strip.effects import Effect, Hysteresis, Pull
 from stripfold.strip.model import Model
@@ -140,7 +140,7 @@ class TestLoadingIncrementally:
         """Truth: the state at the first corner by continuation, on a mesh of its own."""
         motion = AlongPath(LOW.pieces[0], 12.0)
         corner = LOW.pieces[0].end
-        end = Event("corner", lambda point, _: point.lam >= corner, located=never)
+        end = Event("corner", lambda point, _: point.lam >= corner, tolerance=inf)
         branch = contact_branch.follow(
             contact_branch.from_flat(ROD.contact_mesh(1.0), motion, 0.01), contact_branch.STEPS, lambda _: [end]
         )

@@ -32,7 +32,7 @@ from stripfold.follow.release import Fall, ReleaseState, simulate_fall
 from stripfold.follow.static import End, StripModel
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.geometric import triangular
-from stripfold.solve.events import Event
+from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion

@@ -22,7 +22,7 @@ from stripfold.follow.path_statics import follow
 from stripfold.follow.static import LAMBDA_TOLERANCE, LIMIT, StripModel
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import critical
-from stripfold.solve.events import Event
+from stripfold.solve.continuation import Event
 from stripfold.strip.contact_mesh import LYING
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, TwoGrippers

@@ -9,7 +9,7 @@ import numpy as np
 from stripfold.ask.prediction import ElasticaPrediction, Snap, as_first, snap
 from stripfold.base.errors import SolveError
 from stripfold.follow.static import LAMBDA_TOLERANCE, StripModel, XRun
-from stripfold.solve import limit_point
+from stripfold.solve import critical
 from stripfold.solve.problem import Tangent
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX
@@ -49,5 +49,5 @@ def _from(last: Snap, strip: StripModel, height: float, refinement: float) -> Sn
     guess = np.append(before.resampled(q[:n], mesh.model.s), contact)
     stress = before.resampled_stress(q[:n], mesh.model)
     towards = Tangent(problem.metric, 0.0)
-    limit = limit_point.solve(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
+    limit = critical.limit_point(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
     return as_first(Snap(problem, limit))

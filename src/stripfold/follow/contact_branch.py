@@ -30,8 +30,7 @@ from stripfold.follow.contact_events import (
     zero,
 )
 from stripfold.solve import continuation, critical, newton
-from stripfold.solve.continuation import StepOptions
-from stripfold.solve.events import Crossing, Event
+from stripfold.solve.continuation import Crossing, Event, StepOptions
 from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
 from stripfold.strip.contact_mesh import ContactMesh, Topology

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stripfold.base.arrays import Array
-from stripfold.solve.events import Event
+from stripfold.solve.continuation import Event
 from stripfold.solve.problem import Point
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
@@ -65,22 +65,9 @@ def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
     return min(sags(problem, q), key=lambda sag: sag[0])
 
 
-def root_of(value: Callable[[Point], float]) -> Callable[[Point, Point, int], float]:
-    """Where to compute the next point of a bracket of the value's zero: by linear interpolation, from both sides."""
-
-    def share(before: Point, after: Point, evaluation: int) -> float:
-        a, b = value(before), value(after)
-        if not np.isfinite(a) or not np.isfinite(b) or a == b or evaluation % 4 == 0:
-            return 0.5
-        guess = a / (a - b)
-        return min(max(guess + (0.01 if evaluation % 2 else -0.01), 0.01), 0.99)
-
-    return share
-
-
 def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) -> Event:
     """The event that a value, positive before, becomes negative."""
-    return Event(name, lambda point, _: value(point) < 0.0, tolerance, share=root_of(value))
+    return Event(name, lambda point, _: value(point) < 0.0, tolerance, value)
 
 
 def touch(problem: MovingContact) -> Event:

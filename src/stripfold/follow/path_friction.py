@@ -38,7 +38,7 @@ from stripfold.follow.path_statics import FIRST
 from stripfold.follow.static import LAMBDA_TOLERANCE, LIMIT
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import continuation, critical, newton
-from stripfold.solve.events import Crossing, Event
+from stripfold.solve.continuation import Event
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 from stripfold.strip.contact_mesh import INTERVAL, LYING
@@ -350,9 +350,8 @@ def _lost(why: str, lam: float) -> LostStabilityError:
 def _limit(crossing: BranchCrossing) -> float:
     """lambda at a limit point."""
     before, after = crossing.before.point, crossing.after.point
-    event = critical.critical_point(LAMBDA_TOLERANCE)
     try:
-        return continuation.locate(crossing.before.problem, Crossing(event, before, after), WITHIN_STEP).before.lam
+        return critical.locate(crossing.before.problem, before, after, LAMBDA_TOLERANCE, WITHIN_STEP).lam
     except SolveError as error:
         # An element begins to slide and the branch turns back by more than a right angle: no point lies ahead.
         return before.lam if error.parameter is None else error.parameter

@@ -16,9 +16,9 @@ from stripfold.follow.contact_branch import STEPS, UNHELD, BranchPoint, Planned
 from stripfold.follow.landing import LOW, landed, place_of_low, taken_off
 from stripfold.follow.static import LAMBDA_TOLERANCE
 from stripfold.paths.curve import GripperPath
-from stripfold.solve import critical
+from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import CriticalPoint, is_past
+from stripfold.solve.critical import LIMIT, CriticalPoint, is_past
 from stripfold.solve.problem import Point
 from stripfold.strip.contact_mesh import FOLDED, INTERVAL
 from stripfold.strip.moving_contact import MovingContact
@@ -27,8 +27,6 @@ from stripfold.strip.problem import AlongPath, StripProblem
 State = tuple[StripProblem, Point]
 """A state on its own mesh, with the floor as a bound."""
 
-LIMIT = critical.critical_point(LAMBDA_TOLERANCE)
-"""The event that ends an advance."""
 FIRST = 0.01
 """Largest length travelled at the first state, L*."""
 MOVING, NODAL = "moving", "nodal"
@@ -152,13 +150,18 @@ class _Follower:
                 at = item
                 self.add(at)
                 continue
-            at, after = item.before, item.after
-            if at.point is not self.at.point:
-                self.add(at)
+            before, after, problem = item.before.point, item.after.point, item.before.problem
             if item.event is UNHELD:
-                self.critical, self.unheld = _at_change(at.point, after.point), after.problem.on_mesh(after.point)
+                self.critical, self.unheld = _at_change(before, after), item.after.problem.on_mesh(after)
             else:
-                self.critical = critical.locate(at.problem, at.point, after.point, LAMBDA_TOLERANCE, self.options)
+                found = critical.locate(problem, before, after, LAMBDA_TOLERANCE, self.options)
+                if found.lam < end:
+                    self.critical, before = found, found.before
+                else:
+                    before = continuation.step_to(problem, before, end, self.options)
+            if before is not at.point:
+                at = BranchPoint(problem, before)
+                self.add(at)
             break
         return at
 

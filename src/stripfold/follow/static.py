@@ -26,9 +26,8 @@ from stripfold.follow.contact_branch import (
 from stripfold.follow.contact_events import LIFTED, TOUCH_TOLERANCE, lift_off_of_all, touch
 from stripfold.follow.landing import LOW
 from stripfold.solve import critical
-from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.events import Event, never
+from stripfold.solve.continuation import Event, StepOptions
+from stripfold.solve.critical import LIMIT, CriticalPoint
 from stripfold.strip import contact_mesh
 from stripfold.strip.contact_mesh import LYING, ContactMesh
 from stripfold.strip.model import Model
@@ -39,7 +38,6 @@ from stripfold.strip.solid import Solid
 
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
-LIMIT = Event("limit point", critical.is_past, located=never)
 
 
 class End(StrEnum):
@@ -142,7 +140,7 @@ def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, Branc
 
 
 def _lifted_to(first: BranchPoint, height: float) -> BranchPoint:
-    above = Event("height", lambda point, _: point.lam >= height, located=never)
+    above = Event("height", lambda point, _: point.lam >= height, tolerance=inf)
     for item in follow(first, STEPS, lambda at: [lift_off_of_all(at), above, LIMIT], through_contact=False):
         if isinstance(item, BranchCrossing):
             if item.event.name == LIFTED:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
 from stripfold.follow.static import End, StripModel, XRun, along_x, at_lambda, lift, solve_height, start_along_x
 from stripfold.solve import newton
-from stripfold.solve.events import Event, never
+from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
 from studies.hard_cases.case import Finding, refined
 
@@ -142,7 +142,7 @@ def taut(refinement: float) -> Finding:
     # The elastica does not stretch.
     stretch = (truth.force_x + 0.5 * HEIGHT * free / strip.length) * strip.length * strip.thickness**2 / 12.0
     target = truth.advance - stretch
-    back = Event("target", lambda point, _: point.lam <= target, located=never)
+    back = Event("target", lambda point, _: point.lam <= target, tolerance=inf)
 
     def pull(refinement: float) -> float:
         start = start_along_x(_lifted(strip, HEIGHT, refinement), HEIGHT, -1.0)
