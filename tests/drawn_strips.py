@@ -95,3 +95,15 @@ def hook(state: elastica.State, unit: float, floor: float, held: float, total: f
     x = np.concatenate([raised.x, -flat])
     z = np.concatenate([raised.z, np.zeros(299)])
     return np.column_stack([held - unit * (x + flat[-1]), floor - unit * z])
+
+
+def folded(unit: float, right: bool = True) -> Array:
+    """A strip folded in half, 6 pixels thick; ``unit`` pixels are one L*."""
+    loop = elastica.folded_loop(6.0 / unit)
+    profile = loop.state.at(np.linspace(0.0, loop.arc, 800))
+    lying = np.linspace(-4.0, 0.0, 300)[:-1]
+    landed = np.linspace(profile.x[-1], -4.0, 300)[1:]
+    x = np.concatenate([lying, profile.x, landed])
+    z = np.concatenate([np.zeros(299), profile.z, np.full(299, 6.0 / unit)])
+    side = 1.0 if right else -1.0
+    return np.column_stack([320.0 + side * unit * (x + 1.6), 330.0 - unit * z])

@@ -16,6 +16,7 @@ import xarray as xr
 from PIL import Image
 
 import made_up
+from made_up import INPUTS
 from stripfold import cli
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.cli import main
@@ -23,7 +24,6 @@ from stripfold.draw.readers import collapse
 from stripfold.files import store
 from stripfold.film.camera import read_camera
 from stripfold.film.pictures import MAX_SCANS, read_grey
-from studies.commands import INPUTS
 
 PATH = "t,x,z\n0,-0.25,0\n1,0,0.25\n2,0.25,0\n"
 STRIP = ["critical", "--length", "0.4", "--eta-b", "3780", "--height", "0.09", "--model", "elastica"]
@@ -35,29 +35,6 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, s
     assert captured.err.startswith("stripfold: error: ")
     assert captured.err.count("\n") == 1
     return code, captured.err
-
-
-@pytest.mark.parametrize(
-    ("plot", "part"),
-    [
-        ("", "ends in .png"),
-        ("folder.png", "remove the folder"),
-        ("/proc/strip.png", "a file that can be written"),
-        (f"{'a' * 300}.png", "name too long"),
-        ("nowhere/strip.png", "make nowhere first"),
-    ],
-)
-def test_output_that_cannot_be_written_is_refused_at_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], plot: str, part: str
-) -> None:
-    from stripfold.ask import critical_point
-
-    monkeypatch.chdir(tmp_path)
-    Path("folder.png").mkdir()
-    monkeypatch.setattr(critical_point, "find", lambda *_: pytest.fail("computed in vain"))
-    code, said = refused(capsys, *STRIP, "--plot", plot)
-    assert (code, os.listdir()) == (2, ["folder.png"])
-    assert part in said
 
 
 _ASKED = "--length 0.5 --eta-b 3780"
@@ -72,29 +49,6 @@ _FIRST_OF_ALL = (
     ("simulate scene.yaml", ("output .nc", "plot .png"), "results.StripCollapse.of"),
     ("sweep grid.yaml", ("output .nc",), "sweep.run"),
 )
-
-
-@pytest.mark.parametrize(
-    ("command", "option", "computing"),
-    [(command, option, computing) for command, options, computing in _FIRST_OF_ALL for option in options],
-)
-def test_every_output_is_tried_before_anything_is_computed(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    command: str,
-    option: str,
-    computing: str,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for name, text in {**INPUTS, "path.csv": PATH}.items():
-        Path(name).write_text(text)
-    before = sorted(os.listdir())
-    monkeypatch.setattr(f"stripfold.{computing}", lambda *_, **__: pytest.fail("computed in vain"))
-    name, suffix = option.split(" ")
-    code, said = refused(capsys, *command.split(), f"--{name}", f"nowhere/o{suffix}")
-    assert (code, sorted(os.listdir())) == (2, before)
-    assert "make nowhere first" in said
 
 
 @pytest.mark.parametrize(

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from stripfold import elastica
+from stripfold.ask import collapse_record
 from stripfold.ask.simulation import Simulation
-from stripfold.base.errors import NewtonError, SolveError, TimeStepError
-from stripfold.follow import collapse, release, rest
-from stripfold.follow.collapse import Collapse
+from stripfold.base.errors import SolveError
+from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touch_position, touches
-from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState
-from stripfold.follow.static import StripModel
-from stripfold.solve import continuation, dynamics
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import Track
+from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.problem import Opened, StripProblem
 from stripfold.strip.rod import Rod
@@ -31,27 +28,27 @@ FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 
 
 @pytest.fixture(scope="module")
-def found() -> Collapse:
-    return collapse.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
+def found() -> Track:
+    return collapse_record.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
 
 
 @pytest.fixture(scope="module")
 def stored() -> tuple[Simulation, xr.Dataset]:
     asked = Simulation(length=0.3, height=0.054, eta_b=3780.0, disturbance=0.01, air=5.0)
-    return asked, collapse.run(asked)
+    return asked, collapse_record.run(asked)
 
 
-def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
+def test_it_goes_from_the_critical_point_to_the_end(found: Track) -> None:
     first, last = found.motion.states[0], found.motion.states[-1]
     assert first.lam == pytest.approx(found.run.lam, abs=0.012)
-    assert last.lam == pytest.approx(found.run.last.point.lam + release.NUDGE)
+    assert last.lam == pytest.approx(found.run.last.point.lam + fall.NUDGE)
     assert found.after[0][1].lam == last.lam
     assert found.end == "the gripper is above the held end"
     assert found.after[-1][1].lam >= STRIP.length
     assert all(point.negatives == 0 for _, point in found.after)
 
 
-def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
+def test_nothing_penetrates_or_gains_energy(found: Track) -> None:
     bounded = found.motion.problem.bounded
     states = found.motion.states
     assert min(m.q[bounded].min() for m in states) >= 0.0
@@ -63,16 +60,16 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
         assert lost[-1] > 0.0, name
 
 
-def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
+def test_what_lies_and_what_is_held_has_its_velocity(found: Track) -> None:
     """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
     problem, states = found.motion.problem, found.motion.states
-    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+    _, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     for state in states[1:]:
         assert np.abs(state.v[state.active]).max() < 1e-12
         np.testing.assert_allclose(state.v[problem.prescribed], [drive.rate(state.t), 0.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
+def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Track) -> None:
     """A millionth of what was lost, for two time units: at the turn of an oscillation nothing moves either."""
     states, problem = found.motion.states, found.motion.problem
     kinetic, work = (np.array([getattr(m.energy, name) for m in states]) for name in ("kinetic", "work"))
@@ -84,7 +81,7 @@ def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
     assert share[t > t[-1] - 2.0 - 2.5 * TIME_OPTIONS.largest].max() > 1e-6
 
 
-def test_the_ledger_is_the_energy(found: Collapse) -> None:
+def test_the_ledger_is_the_energy(found: Track) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
     problem, states = found.motion.problem, found.motion.states
     first, last = states[0], states[-1]
@@ -96,16 +93,16 @@ def test_the_ledger_is_the_energy(found: Collapse) -> None:
     assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
 
 
-def test_the_touch_is_the_first(found: Collapse) -> None:
+def test_the_touch_is_the_first(found: Track) -> None:
     model, motion = found.motion.problem.model, found.motion
     assert not any(touches(model, m) for m in motion.states[: motion.touch])
     at = motion.states[motion.touch]
     assert touches(model, at)
     # Bisection stops with a bracket that is short enough; its lower end need not be a state of the motion.
     before = motion.states[motion.touch - 1]
-    if at.dt > release.TOUCH_TOLERANCE:
-        _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-        scheme, shorter = EnergyMomentum(), at.dt - release.TOUCH_TOLERANCE
+    if at.dt > fall.TOUCH_TOLERANCE:
+        _, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+        scheme, shorter = EnergyMomentum(), at.dt - fall.TOUCH_TOLERANCE
         almost = dynamics.step(found.motion.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
         assert not touches(model, almost)
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
@@ -113,38 +110,6 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
         assert after.t - before.t == pytest.approx(after.dt, rel=1e-6)
     column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, at)][0])))
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
-
-
-def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No instant is stepped to twice, as a second step may fail in a thin strip: what is handed out is a chain."""
-    states = found.motion.states
-    touch = found.motion.touch
-    at = next(i for i in range(touch, 0, -1) if states[touch].t - states[i].t > 0.01)
-    problem = found.motion.problem
-    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-    touch_event = TimeEvent(lambda state: touches(problem.model, state), release.TOUCH_TOLERANCE)
-    step, reached = dynamics.step, []
-
-    def once(problem: object, before: dynamics.TimeState, dt: float, *rest: object) -> dynamics.TimeState:
-        if any(abs(before.t + dt - t) < 1e-12 for t in reached):
-            raise NewtonError("a step to where one has led before")
-        reached.append(before.t + dt)
-        return step(problem, before, dt, *rest)  # type: ignore[arg-type]
-
-    def march(options: TimeOptions) -> list[TimeState]:
-        motion = dynamics.march(problem, states[at], drive, FALL.damping, options=options, until=[touch_event])
-        return list(motion)[1:]
-
-    monkeypatch.setattr(dynamics, "step", once)
-    # Just after the touch and well after it: the last trial touches or does not.
-    for beyond in (1e-4, 1e-3, 3e-3, 0.01):
-        options = replace(release.TIME_OPTIONS, first=states[touch].t - states[at].t + beyond, tolerance=1.0)
-        chain = march(options)
-        assert states[touch].t - release.TOUCH_TOLERANCE < chain[-1].t <= states[at].t + options.first + 1e-12
-        assert chain[-1].t < states[touch].t + release.TOUCH_TOLERANCE
-        assert [touches(problem.model, state) for state in chain] == [False] * (len(chain) - 1) + [True]
-        times = [states[at].t, *(state.t for state in chain)]
-        np.testing.assert_allclose(np.diff(times), [state.dt for state in chain], rtol=1e-9)
 
 
 def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
@@ -161,25 +126,7 @@ def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
 
 
-def test_a_tossed_strip_comes_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Less is dissipated than the disturbance gave: at rest the strip has more energy than at the start."""
-    moving = dynamics.Energy(28.0, 1.0, 1.0)
-    at_rest = dynamics.Energy(1e-9, 6.0, 6.0, air=18.0)
-    states = [SimpleNamespace(t=float(t), energy=at_rest if t > 3 else moving) for t in range(20)]
-
-    def march(*given: Any) -> Iterator[Any]:
-        for state in states:
-            yield state
-            if any(event.happened(state) for event in given[-1]):
-                return
-
-    monkeypatch.setattr(rest.dynamics, "march", march)
-    problem: Any = SimpleNamespace(model=None)
-    found = list(rest.to_rest(problem, states[:1], problem, FALL.damping, release.TIME_OPTIONS))  # type: ignore[arg-type]
-    assert found[-1].t == 4.0 + rest.QUIET + 1.0
-
-
-def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
+def test_where_it_touches_lies_between_nodes(found: Track) -> None:
     """The strip shifted and bent to a known parabola: its lowest point comes out, not the node's."""
     problem = found.motion.problem
     model = problem.model
@@ -193,7 +140,7 @@ def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
     assert touch_position(problem.model, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
+def test_a_lying_upper_layer_leaves_the_folded_loop(found: Track) -> None:
     """Truth: where the upper layer lies flat no horizontal force is left, and the loop is the elastica's folded one."""
     (problem, last) = found.after[-1]
     model = problem.model
@@ -208,8 +155,8 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
     assert s[0] == pytest.approx(rising.length, abs=0.12)
 
 
-def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
+def test_both_signs_end_in_the_same_state(found: Track) -> None:
+    other = fall.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
     middle = found.motion.problem.model.mid_surface
     apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
     assert np.abs(apart).max() < 1e-3
@@ -217,8 +164,8 @@ def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
     assert other.states[other.touch].t > found.motion.states[found.motion.touch].t
 
 
-def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
-    first, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+def test_the_disturbance_has_its_speed_and_direction(found: Track) -> None:
+    first, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     problem = found.motion.problem
     speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
     assert speed == pytest.approx(FALL.disturbance)
@@ -232,67 +179,28 @@ def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
     assert np.all(first.a == 0.0)
 
 
-def test_a_moving_gripper(found: Collapse) -> None:
-    motion = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
+def test_a_moving_gripper(found: Track) -> None:
+    motion = fall.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
     last = motion.states[-1]
     assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
     assert motion.touch == len(motion.states) - 1
     assert abs(last.energy.closing) < 1e-9
 
 
-def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 10.0)
-    stable = release.ReleaseState.at(found.run.points[3], 1.5)
-    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(stable, replace(FALL, disturbance=1e-4, speed=-0.02))
-    # Longer by the damping, which slows the start.
-    assert 13.0 < caught.value.last.t < 13.0 + TIME_OPTIONS.largest
-    assert caught.value.details["mid_surface"].shape == (len(stable.problem.model.s), 2)
-
-
-def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 20.0)
-    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=0.05, damping=Damping()))
-    assert caught.value.last.energy.kinetic > 0.0
-
-
-def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    start = continuation.start
-    monkeypatch.setattr(release.continuation, "start", lambda *given: replace(start(*given), negatives=1))
-    with pytest.raises(SolveError, match="not stable"):
-        release.state_at_rest(found.motion.problem, found.motion.states[-1])
-
-
-def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = dynamics.step
-
-    def breaking(problem, before, dt, *rest):  # type: ignore[no-untyped-def]
-        if before.t + dt > 3.0:
-            raise SolveError("planted")
-        return step(problem, before, dt, *rest)
-
-    monkeypatch.setattr(dynamics, "step", breaking)
-    with pytest.raises(TimeStepError, match="planted") as caught:
-        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), FALL)
-    assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
-    assert np.isfinite(caught.value.details["mid_surface"]).all()
-
-
 def test_no_snap_no_fall() -> None:
     with pytest.raises(SolveError, match="no fall to follow"):
-        collapse.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
+        collapse_record.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
 
 
-def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
+def test_what_is_not_at_rest_is_not_handed_over(found: Track) -> None:
     """The state at rest with its loop blown up: the equilibrium found from it is another state."""
     model, rest = found.motion.problem.model, found.motion.states[-1]
-    release.state_at_rest(found.motion.problem, rest)
+    fall.state_at_rest(found.motion.problem, rest)
     q = rest.q.copy()
     height = model.mid_surface(q)[:, 1]
     q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
     with pytest.raises(SolveError, match=r"from the equilibrium|did not converge|inside out"):
-        release.state_at_rest(found.motion.problem, replace(rest, q=q))
+        fall.state_at_rest(found.motion.problem, replace(rest, q=q))
 
 
 def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:
@@ -347,32 +255,12 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
     free = fall["z"].values[touch - 1] > 1e-5
     down = int(np.argmin(np.where(free, fall["z"].values[touch], np.inf)))
     assert float(data["touch_x"]) == pytest.approx(float(fall["x"].values[touch][down]), abs=5e-3)
-    for name in collapse.ENERGIES:
+    for name in collapse_record.ENERGIES:
         assert np.isfinite(fall[name]).all(), name
         for statics in (before, after):
-            expected = np.isfinite if name in collapse.IN_STATICS else np.isnan
+            expected = np.isfinite if name in collapse_record.IN_STATICS else np.isnan
             assert expected(statics[name]).all(), name
     for statics in (before, after):
         assert (statics["kinetic"] == 0.0).all()
         assert (statics["negatives"] == 0.0).all()
     assert np.isnan(fall["negatives"]).all()
-
-
-@pytest.mark.parametrize("model", ["solid", "rod"])
-def test_the_inputs_reach_the_model(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
-    given = {"length": 0.3, "height": 0.054, "eta_b": 3780.0, "eta_m": 2e-3, "nu": 0.3, "until": "touch"}
-    asked = Simulation(**given, model=model)
-    seen: list[tuple[object, ...]] = []
-
-    def simulate(*given: object, **_: object) -> None:
-        seen.append(given)
-        raise SolveError("seen")
-
-    monkeypatch.setattr(collapse, "simulate", simulate)
-    with pytest.raises(SolveError, match="seen"):
-        collapse.run(asked)
-    star = (3780.0 * 9.81) ** (-1.0 / 3.0)
-    ((strip, height, fall),) = seen
-    assert strip == StripModel(pytest.approx(0.3 / star), asked.material.relative_thickness, 0.3, kind=model)
-    assert height == pytest.approx(0.054 / star)
-    assert fall == collapse.in_solver_units(asked, asked.material)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stripfold.follow.contact_set import ROBUST_NEWTON
-from stripfold.follow.static import StripModel, lift
+from stripfold.follow.statics import StripModel, lift
 from stripfold.solve import newton
 from stripfold.solve.problem import Equilibrium
 from stripfold.strip.effects import Hysteresis, Pull

@@ -7,12 +7,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from starts import compute
 from stripfold import elastica
 from stripfold.base.errors import ContinuationError, NewtonError
 from stripfold.elastica import _continuation as continuation
 from stripfold.elastica import _events as events
-from stripfold.elastica import _starts as stored_starts
 from stripfold.elastica import _system as system
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica.branch import points
@@ -100,11 +98,6 @@ def test_slope_is_that_along_the_branch():
     before, state, after = (elastica.state_at(3.0, length, guess=near.state) for length in lengths)
     slope = events.SNAP_AT_HEIGHT.sign(system.evaluate(state._unknowns()), None)
     assert slope == pytest.approx((after.advance - before.advance) / 2e-4, rel=1e-6)
-
-
-def test_stored_starts_are_those_computed_from_the_branch():
-    stored, made = np.loadtxt(stored_starts.TABLE, delimiter=","), compute()
-    np.testing.assert_allclose(stored, made, rtol=1e-4, atol=1e-8)
 
 
 def test_critical_points_are_those_of_the_branch():

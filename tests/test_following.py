@@ -12,12 +12,12 @@ import pytest
 
 from stripfold import elastica
 from stripfold.base.errors import SolveError
-from stripfold.follow import contact_set, landing, path_statics, static
-from stripfold.follow.assess import SNAP, assess_strip, grip_and_hold, lying_length
+from stripfold.follow import contact_set, statics
 from stripfold.follow.contact_branch import BranchPoint, solved
 from stripfold.follow.contact_events import reaction
-from stripfold.follow.path_statics import StaticSegment, follow
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.track import SNAP, Track, grip_and_hold, lying_length
 from stripfold.paths import rpath, table
 from stripfold.paths.curve import GripperPath, Interpolated, Piece, pieces_through
 from stripfold.paths.rpath import RPath
@@ -53,7 +53,7 @@ def split(path: GripperPath, *at: float) -> GripperPath:
     return replace(path, pieces=tuple(pieces))
 
 
-def along(strip: StripModel, path: GripperPath) -> StaticSegment:
+def along(strip: StripModel, path: GripperPath) -> Track:
     """The path from the flat strip."""
     return follow(strip.contact_mesh(), path, strip.length)
 
@@ -65,7 +65,7 @@ def distance(a: tuple[StripProblem, Point], b: tuple[StripProblem, Point]) -> fl
 
 
 @pytest.fixture(scope="module", params=["solid", "rod"])
-def followed(request: pytest.FixtureRequest) -> StaticSegment:
+def followed(request: pytest.FixtureRequest) -> Track:
     """A low path on which the strip is laid down without a snap."""
     return along(replace(STRIP, kind=request.param), PATH)
 
@@ -76,18 +76,18 @@ def plan() -> RPath:
 
 
 @pytest.fixture(scope="module")
-def planned(plan: RPath) -> StaticSegment:
+def planned(plan: RPath) -> Track:
     """A strip that is nearly the elastica, on the path planned for it."""
     return along(THIN, plan.path)
 
 
 @pytest.fixture(scope="module")
-def x_run() -> static.XRun:
+def x_run() -> statics.XRun:
     """Along x at a height that snaps, and past it."""
-    return static.solve_height(StripModel(13.0, 0.06, kind="rod"), 3.0, past=1.0)
+    return statics.solve_height(StripModel(13.0, 0.06, kind="rod"), 3.0, past=1.0)
 
 
-def assert_points_are_equilibria(segment: StaticSegment) -> None:
+def assert_points_are_equilibria(segment: Track) -> None:
     """The gripper where the path says, balanced off the floor, pushed by the floor in sum, nothing below it, stable."""
     for problem, point in segment.states:
         model = problem.model
@@ -107,11 +107,11 @@ def assert_points_are_equilibria(segment: StaticSegment) -> None:
         assert point.negatives == 0
 
 
-def test_it_goes_through_equilibria_to_the_end(followed: StaticSegment) -> None:
+def test_it_goes_through_equilibria_to_the_end(followed: Track) -> None:
     assert followed.critical is None
     assert_points_are_equilibria(followed)
     lam = np.array([point.lam for point in followed.points])
-    assert PATH.position(float(lam[0]))[1] == pytest.approx(landing.LOW, rel=1e-6)
+    assert PATH.position(float(lam[0]))[1] == pytest.approx(statics.LOW, rel=1e-6)
     assert lam[-1] == PATH.length
     assert len(followed.points) == len(followed.pieces) < 100
     assert np.all(np.diff(lam) >= 0.0)
@@ -119,7 +119,7 @@ def test_it_goes_through_equilibria_to_the_end(followed: StaticSegment) -> None:
     np.testing.assert_allclose(last.q[problem.model.middle[0]], [STRIP.length, 0.0], atol=1e-9)
 
 
-def test_the_gripper_comes_down_to_the_folded_state(followed: StaticSegment) -> None:
+def test_the_gripper_comes_down_to_the_folded_state(followed: Track) -> None:
     """Truth: the elastica's folded state, whose loop is the same at the end of every path."""
     assert followed.last is not None
     assert followed.last.topology == FOLDED
@@ -132,7 +132,7 @@ def test_the_gripper_comes_down_to_the_folded_state(followed: StaticSegment) -> 
     # Shortly before, the part beside the gripper is a beam under its weight: (24 z)^(1/4) long.
     before = followed.points[-2]
     *_, height = PATH.position(before.lam)
-    assert height == pytest.approx(landing.LOW, rel=1e-6)
+    assert height == pytest.approx(statics.LOW, rel=1e-6)
 
 
 def test_the_gripper_rises_again() -> None:
@@ -144,7 +144,7 @@ def test_the_gripper_rises_again() -> None:
     assert distance(there.states[-1], there.states[ends[0]]) < 1e-3
 
 
-def test_a_corner_is_a_state_with_two_directions(followed: StaticSegment) -> None:
+def test_a_corner_is_a_state_with_two_directions(followed: Track) -> None:
     for i, corner in enumerate(PATH.corners):
         at = [k for k, point in enumerate(followed.points) if point.lam == corner]
         assert [followed.pieces[k] for k in at] == [i, i + 1]
@@ -157,7 +157,7 @@ def test_a_corner_is_a_state_with_two_directions(followed: StaticSegment) -> Non
             np.testing.assert_allclose(way, side / np.linalg.norm(side), atol=1e-9)
 
 
-def test_corners_that_are_none_change_nothing(followed: StaticSegment) -> None:
+def test_corners_that_are_none_change_nothing(followed: Track) -> None:
     """One just behind the first state, one on either side."""
     path = split(PATH, 0.02, 3.0, 12.5)
     kind = "solid" if followed.states[0][0].model.slopes is None else "rod"
@@ -173,7 +173,7 @@ def test_corners_that_are_none_change_nothing(followed: StaticSegment) -> None:
         np.testing.assert_allclose(ends[0].tangent.q, ends[1].tangent.q, atol=1e-6)
 
 
-def test_a_table_of_a_path_is_the_path(followed: StaticSegment, tmp_path: Path) -> None:
+def test_a_table_of_a_path_is_the_path(followed: Track, tmp_path: Path) -> None:
     """Written in metres by hand; with another pseudo time."""
     unit = 0.03
     file = tmp_path / "path.csv"
@@ -188,7 +188,7 @@ def test_a_table_of_a_path_is_the_path(followed: StaticSegment, tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_a_thin_strip_follows_its_plan(plan: RPath, planned: StaticSegment) -> None:
+def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Track) -> None:
     """Truth: the elastica's states, up to where two states meet: there any thickness opens a gap between them."""
     assert_points_are_equilibria(planned)
     assert planned.critical is not None
@@ -207,7 +207,7 @@ def test_a_thin_strip_follows_its_plan(plan: RPath, planned: StaticSegment) -> N
 
 
 @pytest.mark.slow
-def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: StaticSegment) -> None:
+def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: Track) -> None:
     """The held end carries what the elastica's horizontal force is, the gripper its reaction and the rest's weight."""
     checked = 0
     corner, last = plan.path.corners[0], planned.points[-1].lam
@@ -228,7 +228,7 @@ def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: StaticSegme
     assert min(grip_and_hold(*state)[1] for state in planned.states) < -0.5
 
 
-def level(run: static.XRun, end: float) -> tuple[BranchPoint, GripperPath]:
+def level(run: statics.XRun, end: float) -> tuple[BranchPoint, GripperPath]:
     """A run along x as a path: its first state, and the path."""
     half = run.points[0].model.length / 2.0
     ends = np.array([[run.lambda_0 - half, 3.0], [end - half, 3.0]])
@@ -238,13 +238,13 @@ def level(run: static.XRun, end: float) -> tuple[BranchPoint, GripperPath]:
     return solved(problem, first.point.q, run.lambda_0), GripperPath("along x", (piece,))
 
 
-def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
+def test_constant_height_is_the_run_along_x(x_run: statics.XRun) -> None:
     first, path = level(x_run, 12.0)
     segment = follow(StripModel(13.0, 0.06, kind="rod").contact_mesh(), path, 13.0, first)
     assert x_run.critical is not None
     assert segment.critical is not None
     assert segment.critical.lam == pytest.approx(x_run.critical.lam, abs=2e-4)
-    assert segment.critical.width <= static.LAMBDA_TOLERANCE
+    assert segment.critical.width <= statics.LAMBDA_TOLERANCE
     assert segment.last is not None
     assert segment.last.point is segment.critical.before
     assert segment.last.contact == pytest.approx(x_run.last.contact, abs=0.02)
@@ -252,7 +252,7 @@ def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
     assert_points_are_equilibria(segment)
 
 
-def test_a_path_that_ends_before_the_critical_point(x_run: static.XRun) -> None:
+def test_a_path_that_ends_before_the_critical_point(x_run: statics.XRun) -> None:
     """However little: the step that finds the limit point passes the end."""
     assert x_run.critical is not None
     first, path = level(x_run, x_run.critical.lam - 0.01)
@@ -290,15 +290,15 @@ def test_a_whole_strip_off_the_floor() -> None:
 def test_a_strip_a_little_too_short_loses_its_stability_where_it_lifts(kind: str) -> None:
     """A run along x ends where nothing lies: that is the critical point."""
     strip = StripModel(6.5, 0.02, kind=kind)
-    run = static.solve_height(strip, 3.0)
-    assert run.end is static.End.LIFTED
+    run = statics.solve_height(strip, 3.0)
+    assert run.end is statics.End.LIFTED
     segment = along(strip, polygon((-3.25, 0.0), (-1.25, 3.0), (6.75, 3.0)))
     assert segment.critical is not None
     x, _ = segment.path.position(segment.critical.lam)
     assert x + 3.25 == pytest.approx(run.lam, abs=strip.thickness)
 
 
-def test_a_state_at_nodes_and_back(followed: StaticSegment) -> None:
+def test_a_state_at_nodes_and_back(followed: Track) -> None:
     """Truth: the state itself; its contact coordinates are found again from the nodes on the floor."""
     kind = "solid" if followed.states[0][0].model.slopes is None else "rod"
     strip = replace(STRIP, kind=kind)
@@ -316,7 +316,7 @@ def test_a_state_at_nodes_and_back(followed: StaticSegment) -> None:
         assert back.contact == pytest.approx(at.contact, abs=0.01)
 
 
-def test_a_stable_state_at_nodes_is_not_taken_for_the_unstable_one_beside_it(x_run: static.XRun) -> None:
+def test_a_stable_state_at_nodes_is_not_taken_for_the_unstable_one_beside_it(x_run: statics.XRun) -> None:
     """Just before a limit point the two are nearer to each other than to the same one on other elements."""
     problem, point = contact_set.on_nodes(x_run.last, stable=True)
     assert not point.negatives
@@ -324,7 +324,7 @@ def test_a_stable_state_at_nodes_is_not_taken_for_the_unstable_one_beside_it(x_r
         contact_set.from_nodes(ROD.contact_mesh(), problem, point)
 
 
-def test_contacts_that_no_state_has_are_refused(x_run: static.XRun) -> None:
+def test_contacts_that_no_state_has_are_refused(x_run: statics.XRun) -> None:
     problem, point = x_run.points[0].problem.on_mesh(x_run.points[0].point)
     model = problem.model
     three = StripProblem(ROD.model(48), problem.motion)
@@ -335,11 +335,11 @@ def test_contacts_that_no_state_has_are_refused(x_run: static.XRun) -> None:
         contact_set.from_nodes(ROD.contact_mesh(), three, state)
 
 
-def test_the_tangent_on_fixed_nodes_is_the_way_of_the_strip(x_run: static.XRun) -> None:
+def test_the_tangent_on_fixed_nodes_is_the_way_of_the_strip(x_run: statics.XRun) -> None:
     """Nodes move with the lift-off; on a fixed mesh the direction is the difference of two states."""
     at = x_run.points[3]
     problem, point = contact_set.on_nodes(at)
-    ahead = continuation.step_to(at.problem, at.point, at.point.lam + 1e-3, path_statics.STEPS)
+    ahead = continuation.step_to(at.problem, at.point, at.point.lam + 1e-3, statics.STEPS)
     shapes = [
         state.model.resampled_mid_surface(state.u, problem.model.s) for state in (BranchPoint(at.problem, ahead), at)
     ]
@@ -386,7 +386,7 @@ def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Pat
 
 def test_a_gripper_that_ends_just_above_the_floor_has_landed() -> None:
     """Below the lowest height at which a state is computed."""
-    corners = np.array([(-7.0, 0.0), (-6.2, 1.2), (6.0, 1.2), (7.0, 0.5 * landing.LOW)])
+    corners = np.array([(-7.0, 0.0), (-6.2, 1.2), (6.0, 1.2), (7.0, 0.5 * statics.LOW)])
     path = GripperPath("polygon", pieces_through(("side", np.array(ends)) for ends in pairwise(corners)))
     last = follow(StripModel(14.0, 0.05, kind="rod").contact_mesh(), path, 14.0).last
     assert last is not None

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.ask import friction_boundary as module
 from stripfold.ask.friction_boundary import THICKNESS, friction_boundary
 from stripfold.ask.verdict import assess_path
 from stripfold.base.material import Material
@@ -17,17 +16,9 @@ from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.files import store
 from stripfold.paths.curve import GripperPath, pieces_through
-from studies.motion_with_friction import TOUCH, Case, limit
 
 LENGTH = 9.0
 COMMAND = ["map", "--length", "0.24", "--eta-b", "3780", "--rho-a", "0.2"]
-
-
-@pytest.fixture(autouse=True)
-def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """To save time."""
-    monkeypatch.setattr(module, "RATIO", 2.2)
-    monkeypatch.setattr("stripfold.ask.gripper_map.GRID", (8, 3))
 
 
 def test_little_friction_delays_by_the_law() -> None:
@@ -39,18 +30,6 @@ def test_little_friction_delays_by_the_law() -> None:
     for z, advance in zip(found.z[found.snaps], found.advance[found.snaps], strict=True):
         delay = advance - elastica.critical(z).state.advance
         assert 0.85 < delay / (moment * elastica.friction_delay(z)) < 1.02
-
-
-def test_the_friction_of_a_fabric_against_other_elements() -> None:
-    """The study's strip has elements that are not planned anew, and is lifted free along x."""
-    found = friction_boundary(LENGTH, 0.22)
-    assert not found.snaps.any()
-    z, advance = found.z[1], found.advance[1]
-    outcome, other, _, _ = limit(Case(LENGTH, THICKNESS, 0.05, 0.1), float(z), 0.22)
-    assert outcome == TOUCH
-    assert advance == pytest.approx(other, abs=0.03)
-    without = [elastica.critical(z).state.advance for z in found.z]
-    assert np.all(found.advance > without)
 
 
 def test_assess_along_the_same_way() -> None:

@@ -19,14 +19,8 @@ import pytest
 import stripfold
 from oracles.kernels import RodReference, SolidReference
 from stripfold import kernels
-from stripfold.solve import dynamics
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Band
-from stripfold.solve.schemes import Damping, EnergyMomentum
-from stripfold.strip.effects import Hysteresis
 from stripfold.strip.model import Model
-from stripfold.strip.problem import Lift, StripProblem
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
@@ -182,38 +176,6 @@ def test_a_matrix_that_needs_pivots_is_refused():
         if corner == corner:
             solve = Band(stored(a, 1), 1).factor()
             close(solve(np.arange(3.0)), np.linalg.solve(a, np.arange(3.0)))
-
-
-@pytest.mark.parametrize("moment", [0.0, 0.02])
-@pytest.mark.parametrize("make", [Rod.of, Solid.of])
-def test_steps_with_contact(make, moment, monkeypatch):
-    """A gripper lifts a lying strip and lowers it: nodes leave the floor and land, as by Newton's method in NumPy.
-
-    With internal friction, which then slides back and forth, too.
-    """
-    model = make(4.0, 0.06, elements=24)
-    friction = (Hysteresis.of(model, moment),) if moment else ()
-    problem = StripProblem(model, Lift(), friction)
-    zero, damping, options = np.zeros(problem.size), Damping(0.1, 0.05), TimeOptions(largest_gain=np.inf)
-    motions = []
-    for compiled in (True, False):
-        if not compiled:
-            monkeypatch.setattr(StripProblem, "elements_over_step", lambda *_: None)
-        here, states = problem, [dynamics.start(problem, zero, zero, 0.0, problem.bounded)]
-        for speed in (0.6, -0.3):
-            drive = Moving(states[-1].lam - speed * states[-1].t, speed)
-            for _ in range(12):
-                states.append(dynamics.step(here, states[-1], 0.1, drive, damping, EnergyMomentum(), options))
-                here = here.accepted(states[-1].q)
-        motions.append(states)
-    contacts = np.array([len(state.active) for state in motions[0]])
-    assert np.diff(contacts).min() < 0 < np.diff(contacts).max()
-    for one, other in zip(*motions, strict=True):
-        np.testing.assert_array_equal(one.active, other.active)
-        np.testing.assert_allclose(one.q, other.q, atol=1e-7)
-        assert one.energy.lost == pytest.approx(other.energy.lost, abs=1e-8)
-    if moment:
-        assert motions[0][-1].energy.friction > 1e-4
 
 
 KERNEL = """

@@ -7,13 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from plots import layer_friction as figure
 from stripfold.ask.simulation import Simulation
 from stripfold.base.errors import InvalidInputError
-from stripfold.elastica import folded_loop, half_fold_lying_length
-from stripfold.follow.path_in_time import PathInTime, follow_in_time, opened
-from stripfold.follow.static import StripModel
-from stripfold.paths.geometric import circular
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
@@ -22,7 +17,6 @@ from stripfold.strip.model import Model
 from stripfold.strip.problem import AlongX, Opened, StripProblem
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
-from studies import layer_friction as study
 
 LENGTH, THICKNESS, MU = 10.0, 0.1, 0.4
 MEMBRANE = 12.0 / THICKNESS**2
@@ -174,56 +168,17 @@ def test_tangent() -> None:
     assert np.allclose(change, friction.force_and_tangent(q)[1] @ way, rtol=1e-5)
 
 
-@pytest.fixture(scope="module")
-def fold() -> tuple[PathInTime, PathInTime]:
-    """A circular path with friction, gripper closed and opened."""
-    found = follow_in_time(
-        StripModel(14.0, 0.05, kind="rod"), circular(14.0), MU, damping=study.DAMPING, refinement=2.0
-    )
-    return found, opened(found, study.DAMPING)
-
-
-def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[PathInTime, PathInTime]) -> None:
-    found, after = fold
-    assert found.touch_x == pytest.approx(3.7, abs=0.05)
-    places = after.problem.model.resampled_mid_surface(after.last.q, np.linspace(0.0, 14.0, 501))
-    edge = float(places[0, 0]) - 7.0
-    assert edge > 1.5
-    # Both layers stick, so a slack e beyond the edge moves the universal loop by e / 2.
-    bulge = 7.0 - half_fold_lying_length(14.0) - folded_loop().bulge
-    assert float(places[:, 0].min()) - bulge == pytest.approx(0.5 * edge, abs=0.02)
-    # Nothing is made by stick and slip.
-    assert min(np.diff(part.dissipated).min() for part in fold) > -1e-12
-    assert max(part.last.energy.closing for part in fold) < 1e-6
-
-
-def test_study_and_its_figure(fold: tuple[PathInTime, PathInTime], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "_follow", lambda *_, **__: fold)
-    data = study.run(14.0, 0.05, 0.02, [0.2, 0.4], 0.4, [0.2, 0.6], 14.0, 0.3, [0.1])
-    assert set(data["no_result"].values.ravel()) == {""}
-    assert data["edge"].values == pytest.approx(2.0 * data["loop"].values, abs=0.04)
-    assert data["opened_error"].values == pytest.approx(data["edge"].values, abs=0.05)
-    assert data["created"].max() < 1e-6
-    # The grasped end is where the fold's edge is, the loop is not: the error is that of the layers.
-    assert data["error"].values == pytest.approx(2.13, abs=0.05)
-    top, bottom = figure.draw(data).axes
-    (drawn,) = [line for line in top.lines if line.get_label() == "_circular"]
-    np.testing.assert_array_equal(drawn.get_ydata(), data["error"].sel(path="circular"))
-    (shape,) = [line for line in bottom.lines if line.get_label() == "_circular-fold"]
-    np.testing.assert_array_equal(shape.get_xdata(), data["x"].sel(path="circular"))
-
-
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.follow import collapse
+    from stripfold.ask import collapse_record
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
-    found = collapse.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse.AT_REST
+    found = collapse_record.run(Simulation(**strip))
+    assert found.attrs["end"] == collapse_record.AT_REST
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0
     assert float(found["friction"].dropna("state")[-1]) > 0.0
-    without = collapse.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
+    without = collapse_record.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
     assert "layer_friction" in without.attrs["missing"]
     assert not without["friction"].dropna("state").any()
 

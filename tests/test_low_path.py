@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from stripfold import Strip, elastica, paths
-from stripfold.base.errors import SolveError
-from stripfold.follow.assess import SNAP, Assessment, assess_strip, peak_forces, shape_error
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import SNAP, Track, peak_forces, shape_error
 from stripfold.paths import low_path
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
-from tasks import folding
 
 
 def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
@@ -63,21 +60,9 @@ def test_a_short_strip_on_the_triangular_path_slides_less_than_its_unit() -> Non
     assert low_path.layer_slide(length, elastica.touch_limit() * (1.0 - 1e-9)) < slide < 1.0
 
 
-def _slide(found: Assessment) -> float:
+def _slide(found: Track) -> float:
     assert found.stable
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]
     first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.last))
     return float(rest - first)
-
-
-def test_a_film_only_of_a_path_that_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    material = {"length": 0.42, "eta_b": 3780.0, "eta_m": 1e-3, "nu": 0.0, "rho_a": 1.0}
-    film = tmp_path / "low.mp4"
-    with monkeypatch.context() as patched:
-        patched.setattr(folding, "low", lambda strip, height: paths.low(strip, 1.7 * height))
-        with pytest.raises(SolveError, match="does not follow"):
-            folding.low_path_film(material, 9.81, [str(film)], lambda _: None)
-    assert not any(tmp_path.iterdir())
-    folding.low_path_film(material, 9.81, [str(film)], lambda _: None)
-    assert film.stat().st_size > 10_000

@@ -8,14 +8,13 @@ from math import isnan
 import numpy as np
 import pytest
 
-from stripfold.ask import verdict
 from stripfold.ask.mesh_comparison import Events, another_mesh, compared
 from stripfold.ask.verdict import assess_path
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
 from stripfold.follow import contact_set
-from stripfold.follow.assess import assess_strip
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.strip.contact_mesh import INTERVAL, LYING, Topology
@@ -86,17 +85,6 @@ def test_the_size_of_a_fall_is_not_that_of_the_mesh() -> None:
     (event,), (other,) = (found.critical for found in runs)
     assert event["drop"] == pytest.approx(other["drop"], rel=0.03)
     assert event["energy"] == pytest.approx(other["energy"], rel=0.1)
-
-
-def test_a_critical_point_of_one_mesh_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    path = low(LENGTH, 1.0)
-    stable = assess_strip(StripModel(LENGTH, MATERIAL.relative_thickness, kind="rod"), path)
-    snaps = assess_strip(StripModel(LENGTH, MATERIAL.relative_thickness, kind="rod"), triangular(LENGTH))
-    runs = iter([stable, snaps])
-    monkeypatch.setattr(verdict, "assess_strip", lambda *_, **__: next(runs))
-    found = assess_path(MATERIAL, LENGTH * UNIT, path, model="rod")
-    assert found.stable
-    assert "1.5 times as long the strip has 1 critical point, not 0" in found.mesh_dependence
 
 
 @pytest.mark.parametrize(("height", "kind"), [(1.0, INTERVAL), (3.0, LYING)])

@@ -16,10 +16,11 @@ from stripfold.ask.prediction import (
     without_horizontal_force,
 )
 from stripfold.base.errors import NewtonError, SolveError
-from stripfold.follow import contact_events, static
+from stripfold.follow import contact_events, statics
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
-from stripfold.follow.path_friction import effects_of
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.memory import effects_of
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from stripfold.strip.contact_mesh import FOLDED, INTERVAL, LYING, POINT, ContactMesh, Sizes, Topology
 from stripfold.strip.effects import BendingLaw, MomentCurvature
 from stripfold.strip.moving_contact import MovingContact
@@ -43,7 +44,7 @@ def strip(kind: str, thickness: float = 1e-3, length: float = LENGTH) -> StripMo
     return StripModel(length, thickness, kind=kind)
 
 
-def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: float = 1.0) -> static.XRun:
+def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: float = 1.0) -> statics.XRun:
     return from_near_the_end(strip(kind, thickness), ElasticaPrediction.at(height), refinement)
 
 
@@ -195,9 +196,9 @@ class TestCriticalPoint:
         near = 0.02 if kind == "solid" else 0.003
         for extra, end in ((0.5, End.SNAP), (near, End.SNAP), (-near, End.LIFTED), (-0.2, End.LIFTED)):
             short = strip(kind, h, shortest + extra)
-            ((_, start),) = static.lift(short.contact_mesh(), [HEIGHT])
+            ((_, start),) = statics.lift(short.contact_mesh(), [HEIGHT])
             runs = [end_of_advance(short, prediction), from_near_the_end(short, prediction)]
-            runs += [static.along_x(start, HEIGHT, options=replace(STEPS, largest=ds)) for ds in (0.7, 0.2)]
+            runs += [statics.along_x(start, HEIGHT, options=replace(STEPS, largest=ds)) for ds in (0.7, 0.2)]
             assert [run.end for run in runs] == 4 * [end]
             lam = [run.lam for run in runs]
             assert lam == pytest.approx(4 * [lam[0]], abs=3e-4)
@@ -207,14 +208,14 @@ class TestCriticalPoint:
 
     def test_too_short_to_be_lifted(self):
         with pytest.raises(SolveError, match="leaves the floor"):
-            static.solve_height(strip("rod", 0.05, 2.9), HEIGHT)
+            statics.solve_height(strip("rod", 0.05, 2.9), HEIGHT)
 
     @pytest.mark.parametrize("kind", MODELS)
     def test_one_maximum(self, kind: str):
         """lambda rises up to the critical point, on coarse elements and fine; there it is where the elastica's is."""
         truth = elastica.critical(HEIGHT).advance
         for refinement in (1.5, 0.7):
-            run = static.solve_height(strip(kind, 0.02), HEIGHT, refinement)
+            run = statics.solve_height(strip(kind, 0.02), HEIGHT, refinement)
             lam = np.array([at.point.lam for at in run.points[: run.points.index(run.last) + 1]])
             # Elements planned anew move a state by their error.
             assert np.diff(lam).min() > -1e-3
@@ -228,11 +229,11 @@ class TestCriticalPoint:
 
 def low_path(kind: str, height: float, thickness: float = 0.02, refinement: float = 1.0) -> list[BranchPoint]:
     """States of an advance through the touch of the sag, until an upper layer of 2 L* lies."""
-    ((_, start),) = static.lift(strip(kind, thickness).contact_mesh(refinement), [height])
+    ((_, start),) = statics.lift(strip(kind, thickness).contact_mesh(refinement), [height])
     lambda_0 = float(start.u[start.model.middle[0, 0]])
     first = solved(MovingContact(start.problem.mesh, AlongX(height)), start.point.q, lambda_0)
     points = []
-    for item in follow(first, STEPS, lambda _: [static.LIMIT]):
+    for item in follow(first, STEPS, lambda _: [statics.LIMIT]):
         assert not isinstance(item, BranchCrossing), f"a limit point at {item.before.point.lam}"
         points.append(item)
         if item.topology == INTERVAL and item.contact[1] - item.contact[0] > 2.0:
@@ -255,10 +256,10 @@ def test_the_sag_flattens_where_it_does_on_finer_elements():
 
 def test_no_event_is_lost_where_elements_are_planned_anew():
     """Near the touch of this strip its elements are due to be planned anew; on the new ones it may be past."""
-    strip_drawn, height = static.StripModel(17.593802, 0.094148), 0.6188235
-    run = static.solve_height(strip_drawn, height)
-    assert run.end is static.End.TOUCH
-    finer = static.solve_height(strip_drawn, height, 0.5)
+    strip_drawn, height = statics.StripModel(17.593802, 0.094148), 0.6188235
+    run = statics.solve_height(strip_drawn, height)
+    assert run.end is statics.End.TOUCH
+    finer = statics.solve_height(strip_drawn, height, 0.5)
     assert run.lam == pytest.approx(finer.lam, abs=3e-3)
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stripfold.base.errors import SolveError
-from stripfold.follow import moving_gripper
-from stripfold.follow.moving_gripper import DynamicSnap, static_limit
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow import time
+from stripfold.follow.statics import StripModel, solve_height
+from stripfold.follow.time import static_limit
+from stripfold.follow.track import Track
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Nudge
 from stripfold.solve.schemes import Damping
@@ -25,8 +26,8 @@ def frictionless() -> float:
 
 
 @pytest.fixture(scope="module")
-def snap() -> DynamicSnap:
-    return moving_gripper.run(STRIP, HEIGHT, FRICTION, SPEED, 0.3, 3.0, Damping(0.1, 0.05), REFINEMENT)
+def snap() -> Track:
+    return time.run(STRIP, HEIGHT, FRICTION, SPEED, 0.3, 3.0, Damping(0.1, 0.05), REFINEMENT)
 
 
 class TestStaticLimit:
@@ -34,22 +35,8 @@ class TestStaticLimit:
         """Another algorithm on another mesh: arc length and a bracket of the fold."""
         assert frictionless == pytest.approx(solve_height(STRIP, HEIGHT, 1.0).lam, abs=5e-3)
 
-    def test_friction_delays_it(self, snap: DynamicSnap, frictionless: float):
+    def test_friction_delays_it(self, snap: Track, frictionless: float):
         assert 0.1 < snap.static_limit - frictionless < 0.6
-
-    def test_it_converges_with_the_elements_and_the_steps(self, monkeypatch: pytest.MonkeyPatch):
-        """Its delay by friction, to a fiftieth of it."""
-        strip = StripModel(16.0, 0.08, kind="rod")
-
-        def delay(refinement: float, step: float) -> float:
-            monkeypatch.setattr(moving_gripper, "STEP", step)
-            static_limit.cache_clear()
-            return static_limit(strip, HEIGHT, FRICTION, refinement)[1] - without
-
-        without = solve_height(strip, HEIGHT, 1.0).lam
-        found = [delay(*options) for options in ((2.0, 0.1), (1.0, 0.1), (1.0, 0.2))]
-        static_limit.cache_clear()
-        np.testing.assert_allclose(found, found[1], rtol=0.03)
 
     @pytest.mark.parametrize(
         ("length", "height", "reason"), [(16.0, 1.2, "touches before"), (8.5, HEIGHT, "leaves the floor")]
@@ -60,22 +47,22 @@ class TestStaticLimit:
 
 
 class TestMotion:
-    def test_the_gripper_moves_at_its_speed(self, snap: DynamicSnap):
+    def test_the_gripper_moves_at_its_speed(self, snap: Track):
         t, lam = np.array([[state.t, state.lam] for state in snap.states]).T
         np.testing.assert_allclose(np.diff(lam), SPEED * np.diff(t), rtol=1e-9)
-        assert lam[0] == pytest.approx(snap.static_limit - 0.3, abs=moving_gripper.STEP)
+        assert lam[0] == pytest.approx(snap.static_limit - 0.3, abs=time.STEP)
 
-    def test_it_falls_past_the_limit_and_goes_on(self, snap: DynamicSnap):
+    def test_it_falls_past_the_limit_and_goes_on(self, snap: Track):
         touch = snap.states[snap.touch]
         assert snap.static_limit < touch.lam < snap.static_limit + 1.0
         assert snap.states[-1].t >= touch.t + 3.0
 
-    def test_it_starts_at_the_quasi_static_rate(self, snap: DynamicSnap):
+    def test_it_starts_at_the_quasi_static_rate(self, snap: Track):
         fastest = np.array([np.linalg.norm(state.v[snap.model.middle], axis=1).max() for state in snap.states])
         assert SPEED < fastest[0] < 10.0 * SPEED
         assert fastest.max() > 2.0 * fastest[0]
 
-    def test_the_energy_balance_closes_and_friction_dissipates(self, snap: DynamicSnap):
+    def test_the_energy_balance_closes_and_friction_dissipates(self, snap: Track):
         first, last = snap.states[0].energy, snap.states[-1].energy
         # Each step leaves unbalanced forces of up to 1e-8, times the way.
         way = sum(np.abs(after.q - before.q).max() for before, after in zip(snap.states, snap.states[1:], strict=False))
@@ -90,7 +77,7 @@ def test_elements_are_fine_where_the_lift_off_passes():
     """Else the strip sticks and slips with each node that leaves the floor."""
     steps, _ = static_limit(STRIP, HEIGHT, FRICTION, REFINEMENT)
     first, last = steps[len(steps) // 2], steps[-1]
-    ends = moving_gripper.model_in_time(last, REFINEMENT).ends
+    ends = time.model_in_time(last, REFINEMENT).ends
     passed = (ends[1:] > first.at.contact[-1]) & (ends[:-1] < last.at.contact[-1])
     assert np.diff(ends)[passed].max() < 0.11 * REFINEMENT
 
@@ -99,8 +86,8 @@ def test_a_state_held_by_friction_stays_at_rest():
     """Without the memory of friction the same state starts to move at once."""
     steps, _ = static_limit(STRIP, HEIGHT, FRICTION, REFINEMENT)
     at = len(steps) // 2
-    model = moving_gripper.model_in_time(steps[-1], REFINEMENT)
-    held, first = moving_gripper.set_in_motion(steps[at - 1], steps[at], 0.0, model)
+    model = time.model_in_time(steps[-1], REFINEMENT)
+    held, first = time.set_in_motion(steps[at - 1], steps[at], 0.0, model)
     largest = []
     for problem in (held, replace(held, effects=())):
         begin = dynamics.start(problem, first.q, np.zeros(problem.size), first.lam, first.active)
@@ -114,8 +101,8 @@ def test_the_state_on_a_fixed_mesh_is_the_static_one():
     """Its shape, and with its friction; without the memory it is another state."""
     steps, _ = static_limit(STRIP, HEIGHT, FRICTION, REFINEMENT)
     at = len(steps) // 2
-    model = moving_gripper.model_in_time(steps[-1], REFINEMENT)
-    problem, first = moving_gripper.set_in_motion(steps[at - 1], steps[at], SPEED, model)
+    model = time.model_in_time(steps[-1], REFINEMENT)
+    problem, first = time.set_in_motion(steps[at - 1], steps[at], SPEED, model)
     s = np.linspace(0.0, STRIP.length, 40)
     moving, point = steps[at].on_mesh
     before, after = (p.model.resampled_mid_surface(q, s) for p, q in ((moving, point.q), (problem, first.q)))

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
+from stripfold.ask import collapse_record
 from stripfold.ask.model_error import model_error
 from stripfold.ask.simulation import Effects, Simulation
 from stripfold.base.errors import InvalidInputError
-from stripfold.follow import needed_effects
-from studies import effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
 
@@ -55,32 +53,15 @@ def test_resolved_keys_run_the_same(given: object) -> None:
 
 
 def test_needs_are_comparisons() -> None:
-    assert needed_effects.need_of_contact(0.0).needed
-    assert not needed_effects.need_of_contact(0.1).needed
-    assert needed_effects.need_of_self_contact(-1e-6).needed
-    assert not needed_effects.need_of_self_contact(1e-6).needed
-    assert not needed_effects.need_of_self_contact(np.inf).needed
-    assert needed_effects.need_of_inertia(0.0, 0.1).needed
-    assert not needed_effects.need_of_inertia(0.5, None).needed
-    assert not needed_effects.need_of_friction().needed
+    assert collapse_record.need_of_contact(0.0).needed
+    assert not collapse_record.need_of_contact(0.1).needed
+    assert collapse_record.need_of_self_contact(-1e-6).needed
+    assert not collapse_record.need_of_self_contact(1e-6).needed
+    assert not collapse_record.need_of_self_contact(np.inf).needed
+    assert collapse_record.need_of_inertia(0.0, 0.1).needed
+    assert not collapse_record.need_of_inertia(0.5, None).needed
+    assert not collapse_record.need_of_friction().needed
     # A Poisson's ratio is what a rod has not.
     for nu, needed in ((0.0, False), (0.45, True)):
-        need = needed_effects.need_of_solid(model_error("rod", 0.2, nu, 3.0, 20.0), 1e-3)
+        need = collapse_record.need_of_solid(model_error("rod", 0.2, nu, 3.0, 20.0), 1e-3)
         assert (need.needed, need.threshold) == (need.value > 1e-3, 1e-3) == (needed, 1e-3)
-
-
-def made_up() -> xr.Dataset:
-    over = ("scene", "effect")
-    names = {name: (over, np.zeros((1, 3))) for name in effects.NUMBERS}
-    data = xr.Dataset(names, {"scene": ["calm"], "effect": list(effects.SWITCHED)}, {"repeats": 1})
-    data["seconds_on"], data["no_result"] = data["seconds_on"] + 2.0, (over, np.full((1, 3), "", dtype=object))
-    data["needed"].loc[{"effect": "inertia"}] = data["reported"].loc[{"effect": "inertia"}] = 1.0
-    return data
-
-
-def test_the_table_says_what_is_needed_and_saved() -> None:
-    table = effects.markdown(made_up())
-    assert (
-        "| calm | not needed; off saves 2 of 2 s (+0.0%; by its own clock +0.0%) | needed, reported when off; off saves"
-        in table
-    )

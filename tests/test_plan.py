@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from stripfold.ask.folding_plan import FoldingPlan
 from stripfold.ask.friction_needed import lost_with
 from stripfold.ask.gripper_map import gripper_map
 from stripfold.ask.verdict import Verdict, assess_path
-from stripfold.base.errors import InvalidInputError, NoPathError, SolveError
+from stripfold.base.errors import InvalidInputError, NoPathError
 from stripfold.cli import main
 from stripfold.draw.plan import distances_along
 from stripfold.paths.curve import polygon_length
@@ -43,19 +42,6 @@ def strip() -> sf.Strip:
 @pytest.fixture(scope="module")
 def plan(strip: sf.Strip) -> FoldingPlan:
     return strip.plan(layers_may_slide=True)
-
-
-@pytest.fixture
-def unassessed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Every path is stable; the calls of the rod."""
-    calls: list[Any] = []
-
-    def stable(material: Any, *given: Any, **asked: Any) -> Verdict:
-        calls.append(material)
-        return GOOD
-
-    monkeypatch.setattr(path_choice, "assess_path", stable)
-    return calls
 
 
 def asked(**given: Any) -> path_choice.FoldingPlan:
@@ -132,11 +118,6 @@ class TestChoice:
         assert all(verdict.stable and verdict.completed for verdict in plan.choice.verdicts)
         assert max(verdict.shape_error for verdict in plan.choice.verdicts) < 1e-3
 
-    def test_a_large_margin_lowers_it(self, unassessed: list[Any]) -> None:
-        found = path_choice.choose(asked(layers_may_slide=True, margin=0.02))
-        assert found.margin == pytest.approx(0.02)
-        assert [material.eta_b for material in unassessed] == pytest.approx([0.8 * ETA_B, ETA_B, 1.2 * ETA_B])
-
     @pytest.mark.usefixtures("unassessed")
     def test_the_worst_end_of_the_interval_decides(self) -> None:
         """With the given eta_b alone there would be heights: 9 mm, bumps, to 10.6 mm."""
@@ -163,65 +144,6 @@ class TestChoice:
         with pytest.raises(NoPathError):
             path_choice.choose(asked(**given, margin=margin + 1e-5))
 
-    def test_short_strips_may_take_the_triangular_path(self, unassessed: list[Any]) -> None:
-        found = path_choice.choose(asked(length=0.26))
-        assert found.path.name == "triangular"
-        assert [one.path for one in found.refused] == ["low"]
-        with pytest.raises(NoPathError) as caught:
-            path_choice.choose(asked(length=0.26, margin=0.03))
-        assert caught.value.refused[1].shortfall == pytest.approx(0.03 - found.margin, abs=1e-6)
-
-    def test_what_the_rod_does_not_follow_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A strip that is lost with the largest eta_b only, or with the least folded badly or pushed into a ruck."""
-        off = replace(GOOD, shape_error=0.1)
-        lost = replace(GOOD, stable=False, critical=({"x": 0.1, "z": 0.2},))
-        pushed = replace(GOOD, peak_push=14.2, bump=1.5e-4)
-        for bad, factor, said in (
-            (lost, 1.2, "lost at x = 0.1"),
-            (off, 0.8, "100.0 mm off"),
-            (pushed, 0.8, r"with 14.2 N/m, under which a bump of 0.15 mm grows"),
-        ):
-            monkeypatch.setattr(
-                path_choice,
-                "assess_path",
-                lambda material, *_, bad=bad, factor=factor, **__: bad if material.eta_b == factor * ETA_B else GOOD,
-            )
-            with pytest.raises(NoPathError, match=said):
-                path_choice.choose(asked(layers_may_slide=True))
-
-    @pytest.mark.usefixtures("unassessed")
-    def test_friction_decides_about_an_r_path(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Without it, too little, too little for the margin, enough."""
-
-        def reason(**given: Any) -> path_choice.Refusal:
-            with pytest.raises(NoPathError) as caught:
-                path_choice.choose(asked(**given))
-            found = caught.value.refused[2]
-            assert found.path == "r-path"
-            return found
-
-        assert "no friction moment of the fabric is given" in reason().reason
-        force = asked().material.force_scale
-        assert "1.2e-05 N delays a snap by" in reason(friction_moment=1.2e-5).reason
-        shortfall = reason(friction_moment=1.2e-5).shortfall
-        assert shortfall == pytest.approx(asked().margin - 8.0 * 1.2e-5 / force)
-        followed: list[float] = []
-
-        def lost_with(strips: Any, moment: float, *_: Any) -> Any:
-            followed.append(moment)
-            return strips[0] if moment < 1e-3 else None
-
-        monkeypatch.setattr(path_choice, "lost_with", lost_with)
-        assert "is lost with a friction moment of 0.00088 N" in reason(friction_moment=1.1e-3, margin=0.0).reason
-        assert "is lost with" in reason(friction_moment=1.5e-3, margin=0.03).reason
-        found = path_choice.choose(asked(friction_moment=2e-3))
-        assert (found.path.name, found.sufficient_moment) == ("r-path", 1.6e-3)
-        assert found.margin == pytest.approx(8.0 * 0.4e-3 / force)
-        # With what the margin leaves, and with nothing else.
-        assert followed == pytest.approx([0.88e-3, 1.5e-3 - 0.03 * force / 8.0, 1.6e-3])
-        with pytest.raises(InvalidInputError, match="together with friction_moment"):
-            asked(yield_curvature=10.0)
-
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
             path_choice.choose(asked(length=0.22))
@@ -245,22 +167,6 @@ class TestInTime:
         assert set(fast.to_dict()["in_time"]) == {"motions"}
         assert len(fast.to_dict()["in_time"]["motions"]) == fast.to_dataset()["planned_kinetic"].size == 3
 
-    def test_speed_and_acceleration_are_those_of_the_written_path(
-        self, plan: FoldingPlan, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        """Its time stamps are in seconds, by lengths in metres; the motion is in units of L*."""
-        motions, curve = [], plan.path.curve.scaled(1.0 / star(ETA_B))
-
-        def follow(*_: Any, speed: Any, **__: Any) -> None:
-            motions.append(speed)
-            raise SolveError("followed no further")
-
-        monkeypatch.setattr(planned_motion, "follow_in_time", follow)
-        with pytest.raises(SolveError):
-            planned_motion._moved(plan.asked, plan.asked.strips[1], curve, (), 0.0, None)
-        seconds = np.sqrt(star(ETA_B) / 9.81) * motions[0].t[-1]
-        assert seconds == pytest.approx(plan.waypoints[-1, 0], rel=1e-9)
-
     def test_deviations_are_taken_at_the_same_place_of_the_gripper(self, plan: FoldingPlan) -> None:
         states = plan.choice.verdicts[1].states
         travelled = np.array([point.lam for _, point in states])
@@ -281,22 +187,6 @@ class TestInTime:
         """A gripper that jerks away throws the strip off its static states."""
         with pytest.raises(NoPathError, match=r"at 3 m/s with eta_b = 3024 the rod is .* off .*: move slower"):
             strip.plan(layers_may_slide=True, speed=3.0, acceleration=50.0)
-
-    def test_refusals(self, monkeypatch: pytest.MonkeyPatch, plan: FoldingPlan) -> None:
-        unit, good = star(ETA_B), planned_motion.PlannedMotion(1e-3, 0.1, 0.2, 1e-4, 1e-4)
-        given = asked(speed=0.1)
-        moved = {1.2 * ETA_B: replace(good, shape_error=0.11 * unit)}
-        monkeypatch.setattr(planned_motion, "_moved", lambda _, one, *__: moved.get(one.eta_b, good))
-
-        def said() -> Any:
-            return planned_motion.in_time(given, [None] * 3, [()] * 3, 0.0)  # type: ignore[list-item]
-
-        assert re.search(r"eta_b = 4536 the rod comes to rest .* mm off", said())
-        moved[1.2 * ETA_B] = replace(good, deviation=unit)
-        assert re.search(r"off its static state at x = 0.1 m, z = 0.2 m", said())
-        moved[1.2 * ETA_B] = replace(good, deviation=0.8 * star(1.2 * ETA_B))
-        found = said()
-        assert found.worst == 2
 
 
 class TestFriction:

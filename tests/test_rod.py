@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from oracles.motions import HeldStrip
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve import dynamics, newton
@@ -18,7 +19,6 @@ from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.effects import Hysteresis, Pull
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
-from studies.modes import HeldStrip
 
 LENGTH, THICKNESS = 6.0, 0.1
 BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])

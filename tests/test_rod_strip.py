@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from stripfold.ask.inputs import Scene
 from stripfold.ask.simulation import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.track import End
 
 
 class TestCriticalPoint:
@@ -49,23 +48,6 @@ class TestCommand:
         found = json.loads(capsys.readouterr().out)
         assert found["model"] == "rod"
         assert found["lambda_c"] == pytest.approx(0.2951, rel=1e-3)
-
-    def test_assess(self, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
-        """The option reaches the strip; a low triangle is followed to its end without a fall."""
-        asked = []
-        true = StripModel.model
-
-        def model(self, elements):
-            asked.append(self.kind)
-            return true(self, elements)
-
-        monkeypatch.setattr(StripModel, "model", model)
-        table = tmp_path / "path.csv"
-        table.write_text("t,x,z\n0,-0.18,0\n0.5,-0.15,0.02\n1,-0.1,0.02\n")
-        arguments = ["--length", "0.36", "--eta-b", "3780", "--model", "rod", "--json"]
-        assert main(["assess", str(table), *arguments]) == 0
-        assert json.loads(capsys.readouterr().out)["stable"]
-        assert set(asked) == {"rod"}
 
     def test_what_is_not_possible(self):
         """The printed law on the rod, and a motion in time of the elastica."""

@@ -18,7 +18,8 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import circular, triangular
 

@@ -10,14 +10,20 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
+from scipy.special import jv
 
 from oracles.held_solid import clamped
 from stripfold import elastica
-from stripfold.follow import static
+from stripfold.follow import statics
 from stripfold.solve import newton
 from stripfold.strip.problem import AlongX, StripProblem
 from stripfold.strip.solid import Solid
-from studies.hard_cases.arch import column_buckling_length
+
+
+def column_buckling_length() -> float:
+    """Height in L* at which a column, clamped below and free above, buckles under its own weight."""
+    root = brentq(lambda x: jv(-1.0 / 3.0, x), 1.0, 2.5, xtol=1e-14)
+    return float((2.25 * root**2) ** (1 / 3))
 
 
 def check_orders(thickness: tuple[float, ...], errors: np.ndarray, order: float, slack: float) -> None:
@@ -155,7 +161,7 @@ def test_lifted_without_horizontal_force(height):
     truth = elastica.state_no_horizontal_force(height)
     errors = []
     for h in thickness:
-        ((_, at),) = static.lift(static.StripModel(length, h).contact_mesh(0.5), [height])
+        ((_, at),) = statics.lift(statics.StripModel(length, h).contact_mesh(0.5), [height])
         model = at.model
         x, force = model.mid_surface(at.u), at.point.state.force
         exact = truth.at(np.clip(truth.length - model.s, 0.0, truth.length))
@@ -172,7 +178,7 @@ def test_lifted_without_horizontal_force(height):
 @pytest.mark.parametrize("thickness", [1e-3, 3e-4, 1e-4])
 def test_very_thin_strips_are_lifted(thickness):
     """Thicknesses that the configuration allows (eta_m down to 1e-9): as near to the elastica as thicker ones."""
-    ((_, at),) = static.lift(static.StripModel(8.0, thickness).contact_mesh(), [1.0])
+    ((_, at),) = statics.lift(statics.StripModel(8.0, thickness).contact_mesh(), [1.0])
     truth = elastica.state_no_horizontal_force(1.0)
     assert at.model.mid_surface(at.u)[0, 0] + 4.0 == pytest.approx(truth.advance, abs=3e-4)
 
@@ -180,7 +186,7 @@ def test_very_thin_strips_are_lifted(thickness):
 def test_every_requested_height_is_returned():
     """One lift yields all heights, ascending, each converged with the gripper exactly there."""
     heights = [0.3, 0.31, 1.7, 2.5]
-    found = list(static.lift(static.StripModel(8.0, 0.05).contact_mesh(), heights))
+    found = list(statics.lift(statics.StripModel(8.0, 0.05).contact_mesh(), heights))
     assert [h for h, _ in found] == heights
     for height, at in found:
         truth = elastica.state_no_horizontal_force(height)

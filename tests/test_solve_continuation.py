@@ -250,21 +250,6 @@ class TestStepControl:
         assert steps.max() == pytest.approx(0.04)
         assert np.all(steps[1:] <= 2.0 * steps[:-1] + 1e-15)
 
-    def test_a_step_after_a_shortened_one_is_no_longer(self, monkeypatch: pytest.MonkeyPatch):
-        """Steps over 0.02 fail at first: the next is of the length that succeeded, only the one behind it longer."""
-        step, asked = continuation.step, []
-
-        def short(problem: Problem, point: Point, ds: float, options: StepOptions) -> Point:
-            asked.append(ds)
-            if len(asked) < 3 and ds > 0.02:
-                raise NewtonError("planted")
-            return step(problem, point, ds, options)
-
-        monkeypatch.setattr(continuation, "step", short)
-        points_until(Truss(1.0, 0.3).problem(), replace(STEPS, first=0.05), lambda p: p.arc > 0.1)
-        assert asked[:4] == pytest.approx([0.05, 0.025, 0.0125, 0.0125])
-        assert asked[4] > 0.0125
-
     def test_the_end_of_a_branch_is_an_error(self):
         """Newton fails beyond lambda = 0.3 for no physical reason: every point before it is given, then the error.
 

@@ -7,7 +7,7 @@ import pytest
 from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end, snap
 from stripfold.ask.stability_boundary import stability_boundary
 from stripfold.base.errors import SolveError
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.statics import StripModel, solve_height
 
 LENGTH = 14.0
 

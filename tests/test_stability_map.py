@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 import stripfold as sf
-from plots import stability_map as figure
 from stripfold import elastica
 from stripfold.ask.gripper_map import GripperMap, gripper_map
 from stripfold.base.errors import InvalidInputError
@@ -18,26 +17,17 @@ from stripfold.cli import main
 from stripfold.elastica.boundary import TAUT
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
 from stripfold.elastica.second_variation import smallest_eigenvalue
-from stripfold.follow.path_statics import follow
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.statics import StripModel, follow, solve_height
 from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.paths.low_path import low
-from studies import stability_map as study
 
 LENGTH = 12.0
-STRIP_AT = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
 STRIP = ["map", "--length", "0.3", "--eta-b", "3780"]
 
 
 @pytest.fixture(scope="module")
 def found() -> GripperMap:
     return gripper_map(LENGTH)
-
-
-@pytest.fixture(autouse=True)
-def small_grid(monkeypatch) -> None:
-    """To save time."""
-    monkeypatch.setattr("stripfold.ask.gripper_map.GRID", (30, 5))
 
 
 def test_boundaries_against_states_found_alone(found: GripperMap) -> None:
@@ -224,15 +214,3 @@ def test_bad_input(options: list[str], word: str, capsys, tmp_path, monkeypatch)
 def test_lengths(length) -> None:
     with pytest.raises(InvalidInputError):
         gripper_map(length)
-
-
-def test_study(monkeypatch) -> None:
-    monkeypatch.setattr(study, "COMMAND", (*STRIP_AT, "--model", "elastica", "--json"))  # another with a time
-    data = study.run([7.5, 12.0], 5, 3, [2.0, 3.0], [0.05, 0.025], 1.0, 12.0, 1.2, 5.0, [1e-3, 1e-2, 0.5], 1)
-    assert float(data["error"].max()) < 5e-7
-    apart = np.abs(data["rod"] / data["elastica"] - 1.0).values
-    assert apart[0] / apart[1] == pytest.approx([4.0, 4.0], rel=0.1)
-    margins = data["path_margin"]
-    assert float(margins.sel(path="low").min()) > 0.3
-    assert float(margins.sel(path=["r-path", "triangular", "circular"]).min("point").max()) < 0.2
-    assert len(figure.draw(data).axes) == 3

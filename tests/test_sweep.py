@@ -15,13 +15,12 @@ import pytest
 import xarray as xr
 import yaml
 
-from stripfold.ask import critical_point, sweep
+from stripfold.ask import sweep
 from stripfold.ask.inputs import Scene
 from stripfold.ask.results import CriticalPoint
-from stripfold.base.errors import InvalidInputError, SolveError, StripfoldError
+from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store
-from studies import sweeps
 
 STRIP = {"length": 0.6, "eta_b": 3780.0, "height": 0.09, "model": "elastica"}
 ROD = STRIP | {"model": "rod"}
@@ -114,16 +113,6 @@ def test_parts_of_another_sweep_are_refused_and_left(interrupted):
         sweep.run(HEIGHTS | {"eta_b": 3000.0}, interrupted)
     assert str(interrupted) in str(error.value)
     assert parts(interrupted) == before
-
-
-def test_a_failed_case_is_no_data(monkeypatch):
-    def fails(*_, **__):
-        raise SolveError("no state", advice="none")
-
-    monkeypatch.setattr(critical_point, "find", fails)
-    found = sweep._of(ROD)
-    assert found.pop("reason") == "no state (none)"
-    assert np.isnan(list(found.values())).all()
 
 
 def workers(process: int) -> set[int]:
@@ -250,15 +239,6 @@ def test_command(capsys, tmp_path, monkeypatch):
     rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     assert (rows["cases"], rows["snap"], rows["touch"], rows["written"]) == ("4", "2", "1", "grid.nc")
     assert rows["no"].startswith("result    1, the first: height = 0.7 cannot be used")
-
-
-def test_study():
-    found = sweeps.run(elastica=4, rod=2, checked=2, seed=5, threads=1)
-    assert (found.scenes.values.tolist(), found.results.values.tolist()) == ([16, 4], [16, 4])
-    assert found.apart.values == pytest.approx([0.0, 0.0], abs=1e-10)
-    assert (found.cost > 0.0).all()
-    assert (found.wall > 0.1).all()
-    assert found.attrs["dry_run"] > 0.1
 
 
 @pytest.mark.parametrize("output", ["run{1}.nc", "20261125", "self.nc"])

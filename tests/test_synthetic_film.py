@@ -149,45 +149,6 @@ def test_rays_are_the_inverse_of_projection() -> None:
     np.testing.assert_allclose(back, np.column_stack([columns.ravel(), rows.ravel()]) / 2 - 0.25, atol=2e-3)
 
 
-@pytest.mark.parametrize("behind", [False, True])
-def test_the_nearer_layer_hides_the_farther(behind: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against rays through the strip's cross-section."""
-    monkeypatch.setattr(render, "_LIGHT", np.zeros(2))
-    filming = {**STILL, "tilt": 12.0, "behind": behind, "size": [640, 480]}
-    scene = Scene(filming=filming, strip={"texture": 0.0, "width": 0.2, "thickness": 1e-4})
-    turns = np.linspace(0.0, 2.5 * np.pi, 400)
-    radius = 0.03 + 0.0015 * turns
-    curve = np.column_stack([0.08 + radius * np.cos(turns), 0.085 + radius * np.sin(turns)])
-    renderer = Renderer(scene, curve)
-    renderer._surface_grey = np.linspace(0.1, 1.0, len(renderer._surface_grey))
-    renderer._edge_grey = renderer._surface_grey * 0.7
-    picture = renderer.picture(curve, FAR).astype(float) / 255.0
-    fine = renderer._refine @ curve
-    eye = renderer.view.place[[0, 2]]
-    start, side = fine[:-1] - eye, np.diff(fine, axis=0)
-    rows, columns = (index[::7] for index in np.nonzero(picture > 0.05))
-    pixels = np.column_stack([columns, rows]).astype(float)
-    rays = np.column_stack([renderer.view.camera.undistort(pixels), np.ones(len(rows))])
-    rays = rays @ np.linalg.inv(renderer.view.camera.matrix).T @ renderer.view.matrix
-    front = abs(renderer.view.place[1])
-    # In the cross-section a ray is a straight line from the eye: share 1 is the folding plane.
-    slope = (rays[:, [0, 2]] / np.abs(rays[:, [1]]) * front)[:, None]
-    det = slope[..., 1] * side[:, 0] - slope[..., 0] * side[:, 1]
-    share = (start[:, 1] * side[:, 0] - start[:, 0] * side[:, 1]) / det
-    along = (slope[..., 0] * start[:, 1] - slope[..., 1] * start[:, 0]) / det
-    hit = (along >= 0) & (along <= 1) & (share > 1.01) & (share < 1.0 + scene.strip.width / front)
-    seen = hit.any(axis=1)
-    first = np.argmin(np.where(hit, share, np.inf), axis=1)
-    wrong = np.abs(picture[rows, columns] - 0.7 * renderer._surface_grey[first]) > 0.03
-    # Something else would be seen, were it not hidden.
-    hiding = np.array([np.ptp(np.flatnonzero(row)) > 30 if row.any() else False for row in hit])
-    # Wrong only where a border runs through the pixel.
-    assert seen.sum() > 200
-    assert wrong[seen].mean() < 0.04
-    assert hiding.sum() > 40
-    assert wrong[hiding].mean() < 0.15
-
-
 @pytest.mark.parametrize("kind", ["chessboard", "charuco"])
 def test_boards_are_detected_where_they_are(kind: str) -> None:
     filming = {"size": [480, 360], "board": kind, "distortion": [-0.2, 0.05, 1e-3, -1e-3], "defocus": 0.8, "views": 5}

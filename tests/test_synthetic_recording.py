@@ -199,18 +199,6 @@ def test_an_existing_folder_is_left_alone(folder: Path) -> None:
         write_recording(shapes.history(scene), scene, folder)
 
 
-def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(*_: object) -> None:
-        raise RuntimeError("no room on the disc")
-
-    scene = Scene(**SMALL)
-    monkeypatch.setattr("stripfold.synthetic.recording.encode", fails)
-    monkeypatch.setattr("stripfold.synthetic.recording.write_calibration", lambda *_: None)
-    with pytest.raises(RuntimeError):
-        write_recording(shapes.history(scene), scene, tmp_path / "new")
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(
     ("given", "key", "says"),
     [

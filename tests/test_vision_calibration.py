@@ -11,16 +11,13 @@ import pytest
 from PIL import Image
 
 import boards_seen as seen
-from plots import calibration as plot
 from stripfold.base.arrays import Array
 from stripfold.base.errors import CalibrationError, InvalidInputError
-from stripfold.files.store import write
 from stripfold.film import boards, intrinsics
 from stripfold.film.boards import Board, Refinement, detect
 from stripfold.film.camera import read_camera
 from stripfold.film.intrinsics import View
 from stripfold.film.pictures import read_calibration_picture
-from studies import calibration as study
 
 TURN, SHIFT = np.array([0.25, -0.3, 0.1]), np.array([-0.12, -0.07, 0.42])
 BOARDS = pytest.mark.parametrize("board", [seen.CHESS, seen.CHARUCO], ids=["chessboard", "charuco"])
@@ -29,33 +26,6 @@ BOARDS = pytest.mark.parametrize("board", [seen.CHESS, seen.CHARUCO], ids=["ches
 def error(found: Array, true: Array) -> float:
     """RMS distance to the nearest true corner, pixels: a chessboard may be numbered from its other end."""
     return float(np.sqrt(np.mean(np.linalg.norm(found[:, None] - true, axis=-1).min(axis=1) ** 2)))
-
-
-@BOARDS
-def test_corners_of_a_rendered_board(board: Board) -> None:
-    image = seen.board_picture(board, TURN, SHIFT, np.random.default_rng(0))
-    corners = detect(image, board)
-    assert corners is not None
-    true = seen.LENS.project(board.points, TURN, SHIFT)
-    assert len(corners.ids) == len(board.points)
-    assert error(corners.pixels, true) < 0.06
-    # Ids, object points and pixels belong together: one pose of the board reproduces them.
-    assert study.reprojection_error(seen.LENS, corners) < 0.1
-    np.testing.assert_array_equal(corners.object_points, board.points[corners.ids])
-    # A large picture is reduced for detection only.
-    large = detect(np.asarray(cv2.resize(image, (2560, 1920), interpolation=cv2.INTER_CUBIC)), board)
-    assert large is not None
-    assert error((large.pixels + 0.5) / 4.0 - 0.5, true) < 0.08
-
-
-@pytest.mark.parametrize("rows", [4, 6])
-def test_corners_of_an_old_charuco_board(rows: int) -> None:
-    """As OpenCV before 4.6 and some makers draw an even number of rows: with a marker in the first square."""
-    board = Board(type="charuco", columns=7, rows=rows, square=0.03, marker=0.022, dictionary="5x5_100")
-    corners = detect(seen.board_picture(board, TURN, SHIFT, np.random.default_rng(0), legacy=True), board)
-    assert corners is not None
-    assert len(corners.ids) == len(board.points)
-    assert study.reprojection_error(seen.LENS, corners) < 0.1
 
 
 def test_window_is_proportional_to_the_spacing_of_the_corners() -> None:
@@ -110,21 +80,6 @@ def test_a_board_described_with_fewer_rows_gives_the_same_corners() -> None:
     assert error(corners.pixels, seen.LENS.project(corners.object_points, TURN, SHIFT)) < 0.1
 
 
-def test_corners_on_a_line_do_not_fix_a_pose(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(boards, "MIN_CORNERS", 6)
-    board = Board(type="charuco", columns=12, rows=5, square=0.02, marker=0.015, dictionary="5x5_100")
-    turn, shift = np.array([0.1, 0.1, 0.0]), np.array([-0.1, -0.04, 0.4])
-    image = seen.board_picture(board, turn, shift, np.random.default_rng(4))
-    assert detect(image, board) is not None
-    true = seen.LENS.project(board.points, turn, shift)
-    low = int(true[true[:, 1].argsort()][11:13, 1].mean())
-    image[low + 4 :] = seen.PAPER
-    found = cv2.aruco.CharucoDetector(board.charuco).detectBoard(image)[1]
-    assert found is not None
-    assert len(found) >= 6
-    assert detect(image, board) is None
-
-
 @BOARDS
 def test_no_board(board: Board) -> None:
     random = np.random.default_rng(3)
@@ -132,15 +87,6 @@ def test_no_board(board: Board) -> None:
     assert detect(random.integers(0, 255, (480, 640), dtype=np.uint8), board) is None
     other = Board(type="chessboard", columns=7, rows=4, square=0.025) if board is seen.CHARUCO else seen.CHARUCO
     assert detect(seen.board_picture(other, TURN, SHIFT, random), board) is None
-
-
-def test_impossible_boards() -> None:
-    given = {"type": "charuco", "columns": 5, "rows": 7, "square": 0.04, "marker": 0.02, "dictionary": "6x6_250"}
-    assert Board(**given) == study.CHARUCO
-    with pytest.raises(InvalidInputError, match=r"marker = 0\.04"):
-        Board(**given | {"marker": 0.04})
-    with pytest.raises(InvalidInputError, match="of 60 markers"):
-        Board(**given | {"columns": 12, "rows": 10, "dictionary": "4x4_50"})
 
 
 def test_folders_of_pictures(tmp_path: Path) -> None:
@@ -296,35 +242,3 @@ def test_intrinsics_that_are_not_finite(tmp_path: Path, value: str) -> None:
     path.write_text(re.sub(r"-2\.\d+e-01|-0\.2\d*", value, path.read_text(), count=1))
     with pytest.raises(InvalidInputError, match="not finite"):
         read_camera(path)
-
-
-def test_public_pictures(images: Path, tmp_path: Path) -> None:
-    data = study.run(images)
-    ours = data.sel(way=study.SCALED)
-    assert float(ours["rms"]) < 0.25
-    assert float(ours["view_rms"].max()) < 3.0 * float(ours["view_rms"].median())
-    assert float(data["charuco_rms"]) < 0.25
-    # The published calibration is reproduced, view by view; its one bad view is that with the closest corners.
-    early = data.sel(way=study.EARLY)
-    np.testing.assert_allclose(early["view_rms"], data["published_view_rms"], atol=0.002)
-    assert float(early["rms"]) == pytest.approx(float(data["published_rms"]), abs=1e-3)
-    assert float(early["value"][0]) == pytest.approx(float(data["published_value"][0]), abs=0.05)
-    worst = int(np.argmax(early["view_rms"].values))
-    assert str(data["view"][worst].values) == "left02.jpg"
-    assert worst == int(np.argmin(data["spacing"].values))
-    assert float(early["left_out_rms"][worst]) < 0.25
-    # Without it the published focal length changes by more than ours does without any view.
-    assert abs(float(early["left_out_focal"][worst])) > 5.0 * float(np.abs(ours["left_out_focal"]).max())
-    write(data, tmp_path / "calibration.nc", title="a test")
-    above, below = plot.draw(data).axes
-    assert len(above.patches) == 2 * data.sizes["view"]
-    np.testing.assert_allclose(
-        sorted(patch.get_height() for patch in above.patches[: data.sizes["view"]]), np.sort(ours["view_rms"])
-    )
-    assert len(below.patches) == data.sizes["view"]
-
-
-def test_bad_published_view_is_refused(images: Path) -> None:
-    views, size = intrinsics.find_views(images / study.CHESSBOARD_FOLDER, study.CHESSBOARD, Refinement(11))
-    with pytest.raises(CalibrationError, match=r"^left02\.jpg"):
-        intrinsics.calibrate(views, size)

@@ -11,8 +11,6 @@ import pytest
 from PIL import Image
 from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import map_coordinates
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 import drawn_strips as drawn
 from oracles import sections as oracle
@@ -183,22 +181,6 @@ def test_pieces_are_joined_across_a_tight_bend_but_not_across_a_step() -> None:
     assert segmentation._gap(after[::-1], before[::-1], 5.0) == pytest.approx(np.hypot(*step))
     mirrored = after[0] + 2.0 * ((after - after[0]) @ step)[:, None] * step / (step @ step) - (after - after[0])
     assert segmentation._gap(before, mirrored, 5.0) == np.inf
-
-
-def test_shortest_paths_are_given_indices_of_32_bits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """SciPy 1.14 takes no others."""
-    kinds = set()
-
-    def recorded(graph: csr_array, **options: object) -> object:
-        kinds.update({graph.indices.dtype, graph.indptr.dtype})
-        return dijkstra(graph, **options)
-
-    monkeypatch.setattr(segmentation, "dijkstra", recorded)
-    skeleton = np.zeros((60, 90), bool)
-    skeleton[30, 5:60] = skeleton[[10, 50], 60:81] = skeleton[10:51, [60, 80]] = True
-    # To the loop and around it: along the way back the side that was taken counts as longer.
-    assert len(segmentation._strip_path(skeleton, 10.0)) > 55 + 2 * 20 + 2 * 40
-    assert kinds == {np.dtype(np.int32)}
 
 
 def test_no_strip_is_an_error() -> None:

@@ -19,13 +19,9 @@ import stripfold as sf
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.cli import main
-from stripfold.files import store
 from stripfold.film import cantilever, eta, eta_figure
-from stripfold.film.pictures import read_grey
 from stripfold.film.residuals import correlation_length
-from studies import centrelines, eta_pictures
 
-FLAT = eta_pictures.FLAT
 SCALE = 3e-4
 SIZE = (640, 520)
 SPAN = 480.0
@@ -40,18 +36,6 @@ def hanging(length: float, right: bool = True) -> drawn.Array:
     return np.column_stack([(70.0 if right else 570.0) + side * unit * profile.x, 50.0 - unit * profile.z])
 
 
-def folded(unit: float, right: bool = True) -> drawn.Array:
-    """A strip folded in half, 6 pixels thick; ``unit`` pixels are one L*."""
-    loop = elastica.folded_loop(6.0 / unit)
-    profile = loop.state.at(np.linspace(0.0, loop.arc, 800))
-    lying = np.linspace(-4.0, 0.0, 300)[:-1]
-    landed = np.linspace(profile.x[-1], -4.0, 300)[1:]
-    x = np.concatenate([lying, profile.x, landed])
-    z = np.concatenate([np.zeros(299), profile.z, np.full(299, 6.0 / unit)])
-    side = 1.0 if right else -1.0
-    return np.column_stack([320.0 + side * unit * (x + 1.6), 330.0 - unit * z])
-
-
 def true_eta(unit: float) -> float:
     """eta_b of a strip whose L* is ``unit`` pixels."""
     return 1.0 / (9.81 * (unit * SCALE) ** 3)
@@ -59,7 +43,7 @@ def true_eta(unit: float) -> float:
 
 @cache
 def share(kind: str, size: float, right: bool = True) -> drawn.Array:
-    curve = {"hanging": hanging, "folded": folded}[kind](size, right)
+    curve = {"hanging": hanging, "folded": drawn.folded}[kind](size, right)
     return drawn.coverage(curve, 6.0, SIZE)
 
 
@@ -116,18 +100,6 @@ def test_nonlinear_law_is_detected() -> None:
     assert found.secant(1.0) == pytest.approx(expected, rel=0.1)
 
 
-@pytest.mark.parametrize(("length", "right"), [(1.2, True), (2.0, False), (4.0, True)])
-def test_hanging_strip(length: float, right: bool) -> None:
-    found = eta.from_image(drawn.picture(share("hanging", length, right), 1), SCALE, "cantilever", view=FLAT)
-    truth = true_eta(SPAN / length)
-    assert found.interval[0] < truth < found.interval[1]
-    assert found.eta_b == pytest.approx(truth, rel=0.03)
-    assert found.interval[1] / found.interval[0] < 1.5
-    assert found.linear is True
-    assert found.residual < 0.15 * SCALE
-    assert found.gravity_length == pytest.approx(SPAN / length * SCALE, rel=0.01)
-
-
 def test_slope_at_the_clamp() -> None:
     """Given, it decides where the law is not linear: that of the secant at the clamp; a linear strip has its own."""
     straight = drawn.picture(share("hanging", 2.0))
@@ -158,7 +130,7 @@ VIEWS = np.random.default_rng(5).uniform([-3.0, -3.0, 0.0, 0.4], [3.0, 3.0, 0.05
 @pytest.mark.parametrize(("kind", "method", "size"), [("folded", "fold", 100.0), ("hanging", "cantilever", 2.0)])
 def test_interval_holds_from_where_the_camera_may_stand(kind: str, method: str, size: float) -> None:
     """The near edge is in scale; what is behind it makes eta_b up to 7.5 % too high."""
-    curve, unit = (folded(size), size) if kind == "folded" else (hanging(size), SPAN / size)
+    curve, unit = (drawn.folded(size), size) if kind == "folded" else (hanging(size), SPAN / size)
     truth, off = true_eta(unit), []
     for tilt, turn, depth, width in VIEWS:
         how = {"width": width * unit, "distance": width * unit / depth, "tilt": tilt, "turn": turn}
@@ -219,7 +191,7 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
 def test_fold_does_not_depend_on_the_tilt_of_the_camera() -> None:
     angle = np.radians(8.0)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    curve = (folded(100.0) - [320.0, 250.0]) @ turn.T + [320.0, 250.0]
+    curve = (drawn.folded(100.0) - [320.0, 250.0]) @ turn.T + [320.0, 250.0]
     found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "fold")
     assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
 
@@ -268,57 +240,6 @@ def test_a_brighter_ruler_is_no_obstacle(top: int, bottom: int) -> None:
     assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
 
 
-def test_thickness_of_a_folded_strip() -> None:
-    """A loop solved by other means than the fit's; what an infinitely thin one would give is 0.38 t / L* too low."""
-    thickness = 0.12
-    path = eta_pictures.loop(thickness)
-    loop = elastica.folded_loop(thickness)
-    assert path[:, 1].max() == pytest.approx(loop.height, abs=1e-4)
-    assert path[-1] == pytest.approx([-loop.offset, thickness], abs=1e-4)
-    thin = elastica.folded_loop().height
-    assert elastica.folded_loop(0.05).height - thin == pytest.approx(0.12 * 0.05, abs=2e-4)
-    with pytest.raises(InvalidInputError, match="thickness"):
-        elastica.folded_loop(-0.1)
-
-
-LOOK = eta_pictures.Look(90.0, 0.08, 0.05, -1.0, 1.5, 4.0, 50.0, 180.0, 15.0, 20.0, 3)
-
-
-def test_drawn_fold_of_the_study() -> None:
-    """Blur, noise, rotation, a shaded strip: all together."""
-    found = eta.from_image(eta_pictures.drawn(LOOK), eta_pictures.SCALE, "fold", view=FLAT)
-    truth = 1.0 / (9.81 * (LOOK.unit * eta_pictures.SCALE) ** 3)
-    assert found.interval[0] < truth < found.interval[1]
-    assert found.interval[1] / found.interval[0] < 1.05
-    assert found.fit.thickness == pytest.approx(LOOK.unit * LOOK.thickness, abs=0.5)
-
-
-@pytest.mark.parametrize("stretch", [0.7, 1.6])
-def test_loop_of_another_shape_is_refused(stretch: float) -> None:
-    image = eta_pictures.drawn(LOOK)
-    image = cv2.resize(image, None, fx=1.0, fy=stretch, interpolation=cv2.INTER_AREA)
-    with pytest.raises(TrackingError, match="of a fold"):
-        eta.from_image(image, eta_pictures.SCALE, "fold")
-
-
-def test_misfit_widens_the_interval() -> None:
-    image = cv2.resize(eta_pictures.drawn(LOOK), None, fx=1.0, fy=0.9, interpolation=cv2.INTER_AREA)
-    found = eta.from_image(image, eta_pictures.SCALE, "fold")
-    assert found.interval[1] / found.interval[0] > 1.15
-
-
-@pytest.mark.parametrize("kind", eta_pictures.KINDS)
-def test_pictures_without_a_strip_are_refused(kind: str) -> None:
-    for method in eta_pictures.METHODS:
-        assert eta_pictures.measured(eta_pictures.empty(kind, 1), method)[3]
-
-
-@pytest.mark.parametrize("seed", [7067, 7082, 7120])
-def test_two_sides_of_a_triangle_are_no_hanging_strip(seed: int) -> None:
-    with pytest.raises(TrackingError, match="a closed outline"):
-        eta.from_image(eta_pictures.empty("triangles", seed), SCALE, "cantilever")
-
-
 def test_a_clamp_with_a_hole_is_no_closed_outline() -> None:
     covered = share("hanging", 2.0).copy()
     covered[20:81, 10:74] = 1.0
@@ -333,10 +254,10 @@ def test_a_clamp_with_a_hole_is_no_closed_outline() -> None:
     ("curve", "method", "message"),
     [
         (hanging(2.0), "fold", "no loop"),
-        (folded(100.0), "cantilever", "a closed outline"),
+        (drawn.folded(100.0), "cantilever", "a closed outline"),
         (hanging(2.0) + np.array([0.0, 230.0]), "cantilever", "lower end is cut"),
-        (folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside"),
-        (folded(100.0) + np.array([0.0, 188.0]), "fold", "border cuts"),
+        (drawn.folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside"),
+        (drawn.folded(100.0) + np.array([0.0, 188.0]), "fold", "border cuts"),
         (np.column_stack([np.linspace(60, 560, 300), np.linspace(60, 62, 300)]), "fold", "no loop"),
         (hanging(0.55), "cantilever", "bent by 0.3% of its length"),
     ],
@@ -445,35 +366,6 @@ def test_figure_of_a_fit() -> None:
     loop = eta.from_image(image, SCALE, "fold")
     height = next(value for name, value in lines(eta_figure.draw(image, loop), 0).items() if name.startswith("height"))
     assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fit.height)
-
-
-def test_photographs(images: Path, tmp_path: Path) -> None:
-    data = centrelines.run(images)
-    store.write(data, tmp_path / "centrelines.nc", title="test")
-    assert float(data["centreline_rms"]) < 0.25e-3
-    assert float(data["centreline_span"]) == pytest.approx(0.2223, abs=1e-3)
-    assert float(data["reference_covered"]) == 1.0
-    # The authors' law is no power law: the two are apart by a third at most over the curvatures of both.
-    assert float(data["linear"]) == 0.0
-    assert float(data["exponent_upper"]) < 0.9
-    kappa = data["curvature"].values
-    for at in (2.5, 4.0, 6.0):
-        theirs = np.interp(at, data["reference_curvature"].values[::-1], data["reference_eta_b"].values[::-1])
-        assert np.interp(at, kappa, data["secant_eta_b"].values) == pytest.approx(theirs, rel=0.45)
-    # Peirce's method: the chord of a strip that is clamped horizontally.
-    image = read_grey(images / centrelines.TEXTILE)
-    found = eta.from_image(image, centrelines.SCALE, "cantilever", slope=0.0)
-    across, down = np.ptp(found.line.points, axis=0)
-    chord = np.arctan2(down, across)
-    peirce = found.line.length * centrelines.SCALE * (np.cos(0.5 * chord) / (8.0 * np.tan(chord))) ** (1.0 / 3.0)
-    assert found.gravity_length == pytest.approx(peirce, rel=0.02)
-    low, high = data["reference_eta_b"].values.min(), data["reference_eta_b"].values.max()
-    assert low < float(data["eta_b_lower"]) < float(data["eta_b_upper"]) < high
-
-
-def test_missing_photographs(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match="an existing file"):
-        centrelines.run(tmp_path)
 
 
 def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,8 +20,8 @@ from stripfold.film.camera import Camera
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.film.mapping import Mapping
 from stripfold.film.recording import Entries, Recording
-from stripfold.follow.moving_gripper import static_limit
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import static_limit
 
 ETA_B, LENGTH, FLAT_END = 3780.0, 0.45, -0.2
 UNIT = Material(ETA_B).gravity_length

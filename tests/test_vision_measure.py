@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from filmed_truth import event_of
 from stripfold import cli, elastica
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
@@ -33,7 +34,6 @@ from stripfold.film.recording import Entries, ManualOnset, Recording
 from stripfold.film.tracking import Tracks, track
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from studies.recordings_common import event_of
 
 Made = tuple[Recording, Calibration, Tracks]
 
@@ -127,20 +127,6 @@ def test_repeated_frames_of_a_film_that_codes_changes_are_noticed(tmp_path: Path
     assert repeated.sum() > 5
     np.testing.assert_array_equal(tracks.timing.doubled[moving], repeated[moving])
     assert any("frames repeat the one before" in text for text in tracks.timing.problems)
-
-
-def test_video_and_log_agree_and_without_a_log_the_video_serves(
-    snapping: Made, found: Measurement, monkeypatch: pytest.MonkeyPatch
-):
-    assert found.by_log == found.event
-    assert found.by_video == pytest.approx(found.event, abs=3e-4)
-    alone = evaluated(snapping, robot_log=None)
-    assert alone.event == alone.by_video == pytest.approx(found.by_video)
-    assert np.isnan(alone.by_log)
-    assert alone.parts["mapping"] > 0.0 == alone.parts["clock"]
-    assert not any("log and video differ" in flag.text for flag in found.flags)
-    monkeypatch.setattr(measure, "half_width", lambda _: 0.0)
-    assert any("log and video differ" in flag.text for flag in evaluated(snapping).flags)
 
 
 def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: Measurement):
@@ -257,53 +243,6 @@ def test_log_with_another_origin_is_refused(snapping: Made, tmp_path: Path):
         measure.evaluate(Recording(folder, snapping[0].entries), *snapping[1:])
 
 
-@pytest.mark.parametrize(
-    ("break_it", "words"),
-    [
-        (lambda folder: (folder / "result").touch(), "remove the file"),
-        (lambda folder: (folder / "result" / "report.html").mkdir(parents=True), "remove the folder"),
-        (
-            lambda folder: (folder / "manual_onset.yaml").write_text("event_time: soon"),
-            "manual_onset.yaml.event_time = 'soon'",
-        ),
-        (lambda folder: (folder / "robot.csv").write_text("t,x,z\n1,2\n"), "2 to 1000000 rows"),
-        (
-            lambda folder: change_log(folder, lambda rows: rows * np.array([1.0, 1e3, 1e3])),
-            "z of 100' cannot be used.*a factor of 1000",
-        ),
-        (
-            lambda folder: change_log(folder, lambda rows: rows * np.array([1e3, 1.0, 1.0])),
-            "a speed along x of 5e-06' cannot be used.*a factor of 1000",
-        ),
-    ],
-)
-def test_wrong_files_are_refused_before_the_film_is_read(
-    snapping: Made,
-    tmp_path: Path,
-    break_it: Callable[[Path], Any],
-    words: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-):
-    folder = copied(snapping, tmp_path / "broken")
-    break_it(folder)
-    monkeypatch.setattr(video, "read", lambda *_: pytest.fail("the film is read"))
-    assert cli.main(["measure", str(folder)]) == 2
-    assert re.search(words, capsys.readouterr().err)
-
-
-def test_a_failing_report_leaves_nothing(snapping: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    folder = copied(snapping, tmp_path / "one")
-
-    def fail(_: Measurement) -> str:
-        raise MeasurementError("video", "a film that is gone", "a film")
-
-    monkeypatch.setattr(measure, "measure", lambda *_: measure.evaluate(*snapping))
-    monkeypatch.setattr(report, "html", fail)
-    assert cli.main(["measure", str(folder)]) == 4
-    assert not any(folder.glob("result/*"))
-
-
 def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement):
     tracks = snapping[2]
     end = tracks.gripped_end + np.linspace(0.0, 4e-3, len(tracks.gripped_end))[:, None] * [0.0, 1.0]
@@ -353,16 +292,6 @@ def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
         evaluated(longer, late, robot_log=None)
 
 
-def test_unclear_snap_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(snap, "MIN_RATIO", 50.0)
-    with pytest.raises(MeasurementError, match="move the gripper more slowly"):
-        evaluated(snapping)
-    # No burst at all, but the layer has landed.
-    monkeypatch.setattr(measure, "MAX_NO_SNAP_RATIO", 50.0)
-    with pytest.raises(MeasurementError, match="too fast"):
-        evaluated(snapping)
-
-
 def test_several_bursts_are_flagged(snapping: Made, found: Measurement):
     assert not any("several bursts" in flag.text for flag in found.flags)
     tracks = snapping[2]
@@ -402,30 +331,6 @@ def test_too_few_frames_are_refused(snapping: Made):
     lost[:5] = tracks.strip_time[:5]
     with pytest.raises(MeasurementError, match="at least 10"):
         evaluated(snapping, replace(tracks, strip_time=lost))
-
-
-def test_a_measurement_repeats_bit_for_bit_with_any_threads(snapping: Made, monkeypatch: pytest.MonkeyPatch):
-    known, counts = calibrate_folder, []
-
-    def counted(folder: Path, entries: Entries) -> Calibration:
-        counts.append(cv2.getNumThreads())
-        return known(folder, entries)
-
-    monkeypatch.setattr(measure, "calibrate_folder", counted)
-    before = cv2.getNumThreads()
-    try:
-        results = []
-        for threads in (1, 4):
-            cv2.setNumThreads(threads)
-            results.append(measure.measure(snapping[0]))
-            assert cv2.getNumThreads() == threads
-    finally:
-        cv2.setNumThreads(before)
-    assert counts == [1, 1]
-    one, other = results
-    assert one.numbers() == other.numbers()
-    assert (one.clock, one.parts) == (other.clock, other.parts)
-    np.testing.assert_array_equal(one.tracks.points, other.tracks.points)
 
 
 def test_the_models_value_is_shown_beside_the_measured_one(snapping: Made, found: Measurement):

@@ -12,7 +12,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from oracles import following as oracle
-from stripfold import kernels
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.film import cross_sections, following, strip_tracker, tracking
@@ -294,24 +293,6 @@ def test_strip_is_found_where_it_was_after_a_wrong_velocity(film: Film) -> None:
     film.assert_on_strip(4, tracker(film.frames[4], film.ends[4], film.corners[4]))
 
 
-def test_partly_hidden_strip_is_searched_farther_away_once(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    partial: list[bool] = []
-
-    def follow(image: Picture, guess: Centreline, *rest: Any) -> following.Followed | None:
-        found = following.follow(image, guess, *rest)
-        # The first frame is measured several times.
-        if image is not film.frames[0].image:
-            partial.append(found is not None and found.sound and found.share < strip_tracker.CLEARLY_SEEN)
-        return found
-
-    monkeypatch.setattr(strip_tracker, "follow", follow)
-    middle = 0.5 * (float(film.curves[0][:, 0].min()) + float(film.ends[0][0]))
-    assert film.track(film.behind_bar({4: middle}, 70.0, 90))[4] is not None
-    # Once in each frame but the first, twice in that in which little is seen.
-    assert sum(partial) == 2
-    assert len(partial) == len(film.frames)
-
-
 def test_hidden_bend_does_not_shift_the_material_behind_it() -> None:
     """In the middle one of five frames a tenth of a straight strip is hidden, and seems half as long."""
     s = np.linspace(0.0, 0.4, 81)
@@ -359,30 +340,6 @@ def test_marker_is_removed_from_the_picture(film: Film) -> None:
     assert np.abs(changed - [60, 320]).max() <= 33
 
 
-def test_the_kernel_agrees_with_its_numpy_reference(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where a bar hides a part of the strip, where layers touch, and where nothing is seen."""
-    compiled, compared = kernels.lines.follow, []
-
-    def both(image, curve, offset, ends, width, contrast, sizes, score, bright, layers, cutoff, limits):
-        given = (value.copy() for value in (curve, offset, ends, width, contrast))
-        expected = oracle.follow(image, *given, layers, cutoff, limits)
-        share, gap = compiled(image, curve, offset, ends, width, contrast, sizes, score, bright, layers, cutoff, limits)
-        compared.append(expected is None)
-        if expected is None:
-            assert share < 0.0
-        else:
-            assert (share, gap) == pytest.approx(expected[:2], abs=1e-12)
-            for found, value in zip((curve, width, contrast, score), expected[2:], strict=True):
-                np.testing.assert_allclose(found, value, rtol=0.0, atol=1e-6)
-        return share, gap
-
-    monkeypatch.setattr(kernels.lines, "follow", both)
-    x = float(film.curves[0][30, 0])
-    film.track(film.behind_bar({2: x, 3: x + 8.0}, 20, 10) | film.blank(range(5, 6)))
-    assert compared.count(False) > 5
-    assert any(compared)
-
-
 def test_places_nearer_to_another_layer_are_rejected() -> None:
     curve = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0, 12.0], [0.0, 12.0]])
     places = curve + np.array([[0.0, 5.0], [0.0, 7.0], *[[0.0, 0.0]] * 4])
@@ -409,19 +366,6 @@ def test_only_the_outer_edge_counts_next_to_another_layer() -> None:
     assert np.all(seen.found)
     both = cross_sections.edges_at(image, curve[5:25], across[5:25], 7.0, True)
     assert np.abs(both.offset).min() > 0.5
-
-
-def test_learnt_width_and_contrast_stay_positive(
-    film: Film, lines: list[Centreline], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Smoothing may overshoot where widths jump; with a negative width the next scores would be nan."""
-    image = film.frames[0].image
-    guess = following.with_appearance(image, lines[0])
-    monkeypatch.setattr(following, "_denoised", lambda values: np.full_like(values, -1e3))
-    found = following.follow(image, guess, lines[0].points[[0, -1]], 4.0)
-    assert found is not None
-    assert found.line.width.min() >= 1.0
-    assert found.line.contrast.min() >= 1.0
 
 
 def test_curve_is_cut_or_extended_to_its_ends() -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import mmap
-import multiprocessing
 import os
 import random
 import struct
@@ -12,7 +9,6 @@ import sys
 import tracemalloc
 from fractions import Fraction
 from pathlib import Path
-from threading import Thread
 
 import av
 import cv2
@@ -21,7 +17,7 @@ import pytest
 
 from filmed import CONTAINERS, landscape, write_video
 from stripfold.base.errors import InvalidInputError
-from stripfold.film import decoding, frames, thumbnails, timing, video
+from stripfold.film import timing, video
 
 BASE = Fraction(1, 600)
 STAMPS = [0, 20, 41, 60, 80, 140, 160, 181, 200, 220]
@@ -259,33 +255,6 @@ def test_a_huge_picture(films: dict[str, Path], tmp_path: Path) -> None:
     refused(tmp_path / "huge.avi", "its header declares")
 
 
-@pytest.mark.parametrize(
-    ("limit", "value", "message"),
-    [("MAX_PIXELS", 160 * 96 - 1, r"160 x 96|no picture size"), ("MAX_FRAMES", 9, "more than 9 frames")],
-)
-def test_limits(films: dict[str, Path], monkeypatch: pytest.MonkeyPatch, limit: str, value: int, message: str) -> None:
-    monkeypatch.setattr(decoding, limit, value)
-    with pytest.raises(decoding.Refusal, match=message):
-        list(decoding.messages(films["ffv1"]))
-
-
-def test_a_picture_that_occupies_the_decoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A progressive JPEG of 4000 x 4000 whose last scan is repeated ten thousand times: 10 s in one call."""
-    blank = np.zeros((4000, 4000), np.uint8)
-    data = cv2.imencode(".jpg", blank, [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])[1].tobytes()
-    last = data.rindex(b"\xff\xda")
-    bomb = data[:last] + data[last:-2] * 10_000 + b"\xff\xd9"
-    with av.open(tmp_path / "bomb.avi", "w") as container:
-        stream = container.add_stream("mjpeg", rate=10)
-        stream.width, stream.height, stream.pix_fmt = 4000, 4000, "yuvj420p"
-        for k in range(3):
-            packet = av.Packet(bomb)
-            packet.stream, packet.pts, packet.dts, packet.is_keyframe = stream, k, k, True
-            container.mux(packet)
-    monkeypatch.setattr(video, "TIMEOUT", 1.0)
-    refused(tmp_path / "bomb.avi", "silent for 1 s")
-
-
 def test_a_decoder_that_crashes(films: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     crash = tmp_path / "python"
     crash.write_text("#!/bin/sh\nkill -SEGV $$\n", encoding="utf-8")
@@ -412,38 +381,3 @@ def test_a_rate_that_varies() -> None:
 
 def test_time_of_a_row() -> None:
     np.testing.assert_allclose(timing.row_time(2.0, np.array([0.0, 359.5, 719.0]), 720, 0.02), [2.0, 2.01, 2.02])
-
-
-def test_small_frames_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(thumbnails, "MAX_FRAMES", 4)
-    kept = thumbnails.Thumbnails((1280, 720))
-    for k in range(11):
-        kept.add(frames.Frame(k, 0.1 * k, np.full((720, 1280), k, np.uint8)))
-    assert kept.size == (640, 360)
-    assert [int(picture[0, 0]) for picture in kept.pictures] == list(range(0, 11, kept.every)) == [0, 4, 8]
-    assert kept.pictures[0].shape == (360, 640)
-
-
-def test_pictures_stay_until_the_reader_has_copied_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Room for two pictures only, and for more than one batch of small ones."""
-    sizes = [40, 40, 40, 90, 10, 10, *[5] * 20, 90]
-    monkeypatch.setattr(decoding, "MEMORY", 100)
-    ours, theirs = multiprocessing.Pipe()
-    with mmap.mmap(-1, 100) as shared, ours, theirs:
-        seen: list[bytes] = []
-
-        def read() -> None:
-            while len(seen) < len(sizes):
-                batch = json.loads(ours.recv_bytes())
-                assert len(batch) <= decoding.BATCH
-                seen.extend(shared[m["start"] : m["start"] + m["size"]] for m in batch)
-                ours.send_bytes(b"copied")
-
-        reader = Thread(target=read)
-        reader.start()
-        sent = decoding._Batches(theirs, shared)
-        for k, size in enumerate(sizes):
-            sent.add({"kind": "frame", "size": size}, memoryview(bytes([k]) * size))
-        sent.flush()
-        reader.join(10.0)
-    assert seen == [bytes([k]) * size for k, size in enumerate(sizes)]

@@ -223,15 +223,15 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
     path, target = _output(arguments, "output", ".nc", scene or "collapse"), _plot_file(arguments)
+    from stripfold.ask import collapse_record
     from stripfold.ask.results import StripCollapse
     from stripfold.files import store
-    from stripfold.follow import collapse
 
     try:
         found = StripCollapse.of(simulation, say)
     except TimeStepError as error:
         rescue = path.with_suffix(".last-good.nc")
-        state = collapse.last_good(simulation, error)
+        state = collapse_record.last_good(simulation, error)
         store.write(state, rescue, title="last good state", config=simulation.as_config())
         raise SolveError(f"{error}; the last good state is in {rescue}") from error
     found.to_netcdf(path)

@@ -14,7 +14,7 @@ from plots.pieces import draw_states, entry, note
 from plots.planned_paths import draw_path, limits
 from stripfold.draw.colours import BLACK, CRITICAL, FALLING, LYING, STATIC
 from stripfold.draw.style import CM, equal_panels, legend_above, styled
-from tasks.states import FALL
+from stripfold.follow.phases import FALL
 
 TITLES = {"r-path": "(a) R-path", "triangular": "(b) triangular path", "circular": "(c) circular path"}
 SHOWN = 16

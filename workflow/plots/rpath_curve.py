@@ -15,7 +15,7 @@ from plots.pieces import arrow, entry, note
 from stripfold.base.arrays import Array
 from stripfold.draw.colours import CRITICAL, FRICTION, HANGING, SETTLED, TOUCHING
 from stripfold.draw.style import CM, MILLI, figure, legend_above, styled
-from tasks.states import FALL
+from stripfold.follow.phases import FALL
 
 AROUND = 0.04
 """Pseudo time shown in (b) before the critical point and after the falls of the post-critical branches."""

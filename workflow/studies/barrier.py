@@ -20,7 +20,7 @@ from stripfold.ask.prediction import ElasticaPrediction, Snap, snap
 from stripfold.base.errors import SolveError
 from stripfold.elastica.barrier import BistableRange
 from stripfold.follow import contact_branch, contact_events
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from studies.common import Progress, dataset, grid
 
 MODELS = ("rod", "solid")

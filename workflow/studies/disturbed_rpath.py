@@ -18,7 +18,7 @@ import xarray as xr
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError, SolveError
-from stripfold.follow.path_friction import Step
+from stripfold.follow.contact_branch import BranchPoint
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid
@@ -82,7 +82,7 @@ def vibrated(case: Case, path: GripperPath, moment: float, vibration: Sequence[f
 
     Raises SolveError: the strip is lost before ``start``, or does not touch.
     """
-    steps: list[Step] = []
+    steps: list[BranchPoint] = []
     for step in statics(case, path, moment):
         steps = [*steps[-1:], step]
         if step.lam >= start:

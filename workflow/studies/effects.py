@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold.ask import collapse_record
+from stripfold.ask.collapse_record import INERTIA, SELF_CONTACT, SOLID
 from stripfold.ask.simulation import Simulation
-from stripfold.follow import collapse
-from stripfold.follow.needed_effects import INERTIA, SELF_CONTACT, SOLID
 from studies.common import NO_RESULT, Progress, dataset, grid, markdown_table, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID)
@@ -45,7 +45,7 @@ def _case(given: Mapping[str, Mapping[str, Any]], repeats: int, scene: str, effe
 def _warm_up() -> None:
     """One short simulation that is not counted: the first in a process loads what all use."""
     strip = {"length": 0.48, "height": 0.09, "eta_b": 3780.0, "disturbance": 1e-2}
-    collapse.run(Simulation.of({**strip, "until": "touch", "effects": {SOLID: "on"}}))
+    collapse_record.run(Simulation.of({**strip, "until": "touch", "effects": {SOLID: "on"}}))
 
 
 def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, float]:
@@ -53,12 +53,12 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     _warm_up()
     asked = {s: Simulation.of({**given, "effects": {effect: s}}) for s in ("on", "off")}
     seconds: dict[str, list[float]] = {s: [] for s in asked}
-    found: dict[str, tuple[xr.Dataset, collapse.Clock]] = {}
+    found: dict[str, tuple[xr.Dataset, collapse_record.Clock]] = {}
     for repeat in range(repeats):
         # In turns, and the other one first each time: the second run finds warm caches and a hotter processor.
         for setting in sorted(asked, reverse=bool(repeat % 2)):
             began = process_time()
-            found[setting] = collapse.timed(asked[setting])
+            found[setting] = collapse_record.timed(asked[setting])
             seconds[setting].append(process_time() - began)
     (on, on_clock), (off, off_clock) = found["on"], found["off"]
     unit = on.attrs["gravity_length"]

@@ -20,7 +20,7 @@ from stripfold.ask.model_error import model_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from studies.common import Progress, attempted, pooled, table
 
 MODELS = ("auto", "solid", "rod")

@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold.base.errors import SolveError
-from stripfold.follow.collapse import to_critical_point
-from stripfold.follow.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState, simulate_fall, to_critical_point
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import Track
 from stripfold.solve.schemes import EnergyMomentum, Scheme
 from studies.common import Progress, dataset, grid, timed
 from studies.integrators import GeneralisedAlpha
@@ -67,7 +67,7 @@ def run(
         strip = StripModel(length_star, thickness, kind=model)
         return ReleaseState.at(to_critical_point(strip, height, refinement).last, refinement)
 
-    def followed(way: Way, height: float) -> Motion:
+    def followed(way: Way, height: float) -> Track:
         """The fall, from the model's critical state, which is found once."""
         options = replace(TIME_OPTIONS, tolerance=way.tolerance)
         start = release(way.model, way.refinement, height)
@@ -81,7 +81,7 @@ def run(
     def of_reference(height: float) -> dict[str, float]:
         finest, checked = truth(height), followed(check, height)
         uncertain = abs(checked.touch_x - finest.touch_x)
-        return {"reference": finest.touch_x, "reference_time": finest.states[-1].t, "uncertain": uncertain}
+        return {"reference": finest.touch_x, "reference_time": finest.moments[-1].t, "uncertain": uncertain}
 
     def of_way(i: int, height: float) -> dict[str, float]:
         way, finest = all_ways[i], truth(height)
@@ -91,7 +91,7 @@ def run(
         lam, lambda_c = (release(one.model, one.refinement, height).point.lam for one in (way, best))
         return {
             "error": motion.touch_x - finest.touch_x,
-            "time_error": motion.states[-1].t - finest.states[-1].t,
+            "time_error": motion.moments[-1].t - finest.moments[-1].t,
             "lambda_error": lam - lambda_c,
             "seconds": float(np.median(seconds)),
             "steps": len(motion.states) - 1.0,

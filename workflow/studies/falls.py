@@ -15,9 +15,16 @@ import xarray as xr
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
-from stripfold.follow.collapse import to_critical_point
-from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState, initial_state, simulate_fall, state_at_rest
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import (
+    TIME_OPTIONS,
+    Fall,
+    ReleaseState,
+    initial_state,
+    simulate_fall,
+    state_at_rest,
+    to_critical_point,
+)
+from stripfold.follow.statics import StripModel
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
@@ -70,17 +77,17 @@ def _measure(given: Mapping[str, float]) -> tuple[dict[str, float], Array]:
     motion = simulate_fall(release, fall, options)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching")
-    states = list(motion.states)
+    states = list(motion.moments)
     if not damped:
         _, drive = initial_state(release, fall)
-        later = TimeEvent(lambda state: state.t >= motion.states[-1].t + FREE_RUN)
+        later = TimeEvent(lambda state: state.t >= motion.moments[-1].t + FREE_RUN)
         rest = dynamics.march(problem, states[-1], drive, damping, options=options, until=[later])
         states += list(rest)[1:]
     model, end = problem.model, states[-1]
     closing = np.array([m.energy.closing for m in states])
     first = states[0].energy
     measured = {
-        "touch_time": motion.states[motion.touch].t,
+        "touch_time": motion.moments[motion.touch.index].t,
         "touch_x": motion.touch_x,
         "end_time": end.t,
         "steps": float(len(states) - 1),
@@ -91,7 +98,7 @@ def _measure(given: Mapping[str, float]) -> tuple[dict[str, float], Array]:
         "numerical": end.energy.numerical,
     }
     if damped:
-        q = state_at_rest(problem, end).q
+        q = state_at_rest(problem, end).point.q
         measured["handed_over"] = model.largest_move(end.q, q)
     s = np.linspace(0.0, model.length, 400)
     return measured, np.stack([np.interp(s, model.s, at) for at in model.mid_surface(end.q).T], axis=1)

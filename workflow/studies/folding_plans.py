@@ -24,8 +24,8 @@ from stripfold.ask.planned_motion import ACCURATE
 from stripfold.ask.verdict import Verdict, assess_path
 from stripfold.base.arrays import Array
 from stripfold.base.errors import NoPathError, SolveError
-from stripfold.follow.assess import BUMP
-from stripfold.follow.path_friction import STEP
+from stripfold.follow.memory import STEP
+from stripfold.follow.track import BUMP
 from stripfold.paths import FoldPath
 from studies.common import Progress, attempted, pooled, table
 

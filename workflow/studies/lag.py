@@ -26,7 +26,8 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_set import ROBUST_NEWTON, on_nodes
-from stripfold.follow.static import LAMBDA_TOLERANCE, StripModel, XRun, solve_height
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height
+from stripfold.follow.track import Track
 from stripfold.solve import continuation, critical, dynamics
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
@@ -79,7 +80,7 @@ class Fold:
     curvature: float
 
     @classmethod
-    def of(cls, run: XRun, refinement: float) -> Fold:
+    def of(cls, run: Track, refinement: float) -> Fold:
         """Both coefficients from statics: b from the gripper's force on the mode, b / c from the branch's parabola."""
         if run.critical is None:
             raise SolveError(f"no critical point to pass: {run.end.reason}")

@@ -19,10 +19,9 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.follow.assess import shape_error
-from stripfold.follow.collapse import nodes
-from stripfold.follow.path_in_time import SPEED, TIME_OPTIONS, PathInTime, follow_in_time, opened
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import SPEED, TIME_OPTIONS, dissipated, follow_in_time, opened
+from stripfold.follow.track import Track, mid_surfaces, nodes, shape_error
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.low_path import low
@@ -126,7 +125,7 @@ def path_of(name: str, length: float) -> GripperPath:
 
 def _fold(
     name: str, mu: float, length: float, thickness: float, moment: float, finer: bool = False, speed: float = SPEED
-) -> tuple[PathInTime, PathInTime]:
+) -> tuple[Track, Track]:
     """The strip at rest with the gripper closed, and after it has opened."""
     return _follow(path_of(name, length), mu, length, thickness, moment, finer, speed)
 
@@ -139,7 +138,7 @@ def _follow(
     moment: float,
     finer: bool = False,
     speed: float = SPEED,
-) -> tuple[PathInTime, PathInTime]:
+) -> tuple[Track, Track]:
     strip = StripModel(length, thickness, kind="rod")
     refinement, options = 1.0, TIME_OPTIONS
     if finer:
@@ -153,14 +152,14 @@ def _follow(
 def _finer(name: str, mu: float, length: float, thickness: float, moment: float) -> tuple[float, Array]:
     """Error and shape of the closed fold with elements and time steps half as long."""
     closed, _ = _fold(name, mu, length, thickness, moment, finer=True)
-    return _error(length, closed), closed.problem.model.resampled_mid_surface(closed.last.q, nodes(length))
+    return _error(length, closed), mid_surfaces(closed.states[-1:], nodes(length))[0]
 
 
 def _numbers(
     name: str, mu: float, *, length: float, thickness: float, moment: float, speed: float = SPEED
 ) -> dict[str, float]:
     closed, after = _fold(name, mu, length, thickness, moment, speed=speed)
-    place = after.problem.model.resampled_mid_surface(after.last.q, np.arange(0.0, length, LOOP_SPACING))
+    place = mid_surfaces(after.states[-1:], np.arange(0.0, length, LOOP_SPACING))[0]
     accurate = length / 2.0 - elastica.half_fold_lying_length(length) - elastica.folded_loop().bulge
     return {
         "error": _error(length, closed),
@@ -168,16 +167,16 @@ def _numbers(
         "edge": float(place[0, 0]) - length / 2.0,
         "loop": float(place[:, 0].min()) - accurate,
         "touch_x": closed.touch_x,
-        "dissipated": float(after.dissipated[-1]),
+        "dissipated": float(dissipated(after)[-1]),
         "created": _created(closed, after),
     }
 
 
-def _error(length: float, fold: PathInTime) -> float:
-    return shape_error(fold.problem, fold.last, plan_r_path(length))
+def _error(length: float, fold: Track) -> float:
+    return shape_error(*fold.states[-1], plan_r_path(length))
 
 
-def _created(*parts: PathInTime) -> float:
+def _created(*parts: Track) -> float:
     """Energy that appears from nowhere: where friction gives some, and where the balance does not close."""
-    given: Array = np.concatenate([np.diff(part.dissipated) for part in parts])
-    return float(np.maximum(-given, 0.0).sum()) + max(max(part.last.energy.closing, 0.0) for part in parts)
+    given: Array = np.concatenate([np.diff(dissipated(part)) for part in parts])
+    return float(np.maximum(-given, 0.0).sum()) + max(max(part.moments[-1].energy.closing, 0.0) for part in parts)

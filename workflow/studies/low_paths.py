@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.follow.assess import BUMP, assess_strip, peak_forces, shape_error, size_of_fall
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.path_in_time import follow_in_time
-from stripfold.follow.path_statics import follow
-from stripfold.follow.release import Fall, ReleaseState, simulate_fall
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import Fall, ReleaseState, assess_strip, simulate_fall
+from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.time import dissipated, follow_in_time
+from stripfold.follow.track import BUMP, peak_forces, shape_error, size_of_fall
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
@@ -63,8 +62,8 @@ def snap_energy(strip: StripModel, damping: Damping) -> float:
     found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
     if found.critical is None:
         return np.nan
-    motion = simulate_fall(ReleaseState.at(found.last or found.states[-1]), Fall(damping=damping))
-    return size_of_fall(found.states[-1], motion)[1]
+    motion = simulate_fall(ReleaseState.at(found.points[-1]), Fall(damping=damping))
+    return size_of_fall(found.states[-1], motion.states)[1]
 
 
 def run(
@@ -184,8 +183,8 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
     grip, hold = peak_forces(found.states)
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]
-    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.last))
-    error = shape_error(*found.last, plan_r_path(strip.length))
+    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
+    error = shape_error(*found.states[-1], plan_r_path(strip.length))
     return STABLE, {"grip": grip, "hold": hold, "slide": float(rest - first), "error": error}
 
 
@@ -199,11 +198,11 @@ def in_time(at: tuple[tuple[float, float], float], length: float, thickness: flo
     found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
     grip, hold = peak_forces(found.states)
     return {
-        "kinetic": max(state.energy.kinetic for _, state in found.states),
+        "kinetic": max(state.energy.kinetic for state in found.moments),
         "grip": grip,
         "hold": hold,
-        "error": shape_error(found.problem, found.last, plan_r_path(length)),
-        "dissipated": float(found.dissipated[-1]),
+        "error": shape_error(*found.states[-1], plan_r_path(length)),
+        "dissipated": float(dissipated(found)[-1]),
     }
 
 

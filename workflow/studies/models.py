@@ -14,7 +14,8 @@ from stripfold.ask.model_error import PLANE, ROD, Section, exact, one_across
 from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from studies.common import Progress, dataset, grid
 
 MODELS = ("rod", "solid")

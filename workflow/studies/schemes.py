@@ -19,7 +19,8 @@ from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.static import StripModel, XRun, solve_height
+from stripfold.follow.statics import StripModel, solve_height
+from stripfold.follow.track import Track
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
@@ -113,13 +114,13 @@ def oscillator_error(scheme: Scheme, dt: float, until: float) -> float:
     return float(np.hypot(end.q[0] - np.cos(end.t), end.v[0] + np.sin(end.t)))
 
 
-def swing_start(run: XRun) -> tuple[HeldStrip, TimeState]:
+def swing_start(run: Track) -> tuple[HeldStrip, TimeState]:
     """A swing of the strip that is smooth in time: no contact changes, nothing starts with a jerk.
 
     It begins at the last, unstable equilibrium past the critical point, with a velocity along the mode that is
     unstable there; the lying part stays held and there is no other floor.
     """
-    at = run.points[-1]
+    at = run.beyond[-1]
     problem, point = at.problem.on_mesh(at.point)
     held = np.concatenate([problem.prescribed, point.active])
     strip = HeldStrip(problem.model, held, point.q[held], np.zeros(len(held)))
@@ -139,7 +140,7 @@ def _steps(problem: DynamicProblem, first: TimeState, dt: float, until: float, s
     return states
 
 
-def fall_to_touch(run: XRun, refinement: float, scheme: Scheme) -> list[TimeState]:
+def fall_to_touch(run: Track, refinement: float, scheme: Scheme) -> list[TimeState]:
     """The fall from the critical state to the first touch: with the floor, adaptive steps and a gripper at rest."""
     if run.critical is None:
         raise SolveError(f"no critical state to fall from: {run.end.reason}")
@@ -224,7 +225,7 @@ def run(
     )
 
 
-def _fall(static: XRun, refinement: float, scheme: Scheme) -> dict[str, float]:
+def _fall(static: Track, refinement: float, scheme: Scheme) -> dict[str, float]:
     """The fall to the touch: cost and energy."""
     begin = perf_counter()
     states = fall_to_touch(static, refinement, scheme)

@@ -15,7 +15,7 @@ from stripfold import elastica
 from stripfold.ask.gripper_map import GripperMap, gripper_map
 from stripfold.ask.stability_boundary import stability_boundary
 from stripfold.base.arrays import Array
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.paths.low_path import low
 from studies.common import Progress, command, dataset, timed_process
 from tasks.assess_data import PATHS, path_of

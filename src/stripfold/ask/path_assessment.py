@@ -19,8 +19,8 @@ from stripfold.ask.verdict import Verdict
 from stripfold.base.arguments import checked, file_name
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
-from stripfold.follow.assess import Followed
 from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
+from stripfold.follow.track import StripState
 from stripfold.paths import FoldPath
 from stripfold.solve.dynamics import TimeState
 
@@ -219,7 +219,7 @@ class PathAssessment(Result, Verdict):
         said = {"contact": self.contact, "failure": self.failure, "mesh_dependence": self.mesh_dependence}
         return schema.dataset(values, flags | said)
 
-    def _mid_surfaces(self, states: Sequence[Followed] | None = None) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def _mid_surfaces(self, states: Sequence[StripState] | None = None) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shape (states, nodes, 2), m."""
         unit = self.asked.gravity_length
         arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
@@ -252,7 +252,7 @@ class PathAssessment(Result, Verdict):
             first = self.falls[0][0]
             ordered[first:] = [(AFTER, state) for _, state in ordered[first:]]
         for before, motion in reversed(self.falls):
-            ordered[before:before] = [(FALL, (motion.problem, state)) for state in motion.states]
+            ordered[before:before] = [(FALL, state) for state in motion]
         phase, states = (list(part) for part in zip(*ordered, strict=True))
         second = self.asked.material.scales["s"]
         followed = readers.Followed(

@@ -21,7 +21,7 @@ from stripfold.ask.planned_motion import ACCURATE, InTime, in_time
 from stripfold.ask.verdict import Verdict, assess_path
 from stripfold.base.errors import InvalidInputError, NoPathError, SolveError
 from stripfold.base.roots import root
-from stripfold.follow.assess import BUMP
+from stripfold.follow.track import BUMP
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular

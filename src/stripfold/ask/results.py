@@ -187,9 +187,9 @@ class StripCollapse(Result):
     @classmethod
     def of(cls, simulation: Simulation, progress: Progress | None = None) -> Self:
         """Simulate it."""
-        from stripfold.follow import collapse
+        from stripfold.ask import collapse_record
 
-        return cls(collapse.run(simulation, progress), simulation)
+        return cls(collapse_record.run(simulation, progress), simulation)
 
     @property
     def lambda_c(self) -> float:

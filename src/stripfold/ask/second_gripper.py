@@ -19,8 +19,9 @@ from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.follow import contact_branch
-from stripfold.follow.contact_branch import STEPS, BranchPoint
-from stripfold.follow.static import LIMIT, End, StripModel, XRun, to_the_end
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.statics import StripModel, branch, to_the_end
+from stripfold.follow.track import End, Track
 from stripfold.solve.critical import CriticalPoint
 from stripfold.strip.contact_mesh import POINT
 from stripfold.strip.moving_contact import MovingContact
@@ -110,7 +111,7 @@ def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float)
     return contact_branch.solved(problem, guess, lam)
 
 
-def hold(unheld: Unheld, s: float) -> XRun:
+def hold(unheld: Unheld, s: float) -> Track:
     """The end of the advance of a strip held at ``s`` too, :data:`NEAREST` or more from the free length's ends.
 
     Raises SolveError: the branch could not be followed.
@@ -141,15 +142,17 @@ def checked_place(place: float | Literal["auto"], auto: float, free_length: floa
     return s
 
 
-def stable_advance(run: XRun) -> tuple[float, End]:
+def stable_advance(run: Track) -> tuple[float, End]:
     """The advance up to which a held strip is stable, at most its length, and the end: a touch if no snap follows.
 
     Raises SolveError: the branch could not be followed.
     """
     if run.end is not End.TOUCH:
         return run.lam, run.end
+    last = run.points[-2] if len(run.points) > 1 else run.last
+    assert isinstance(last, BranchPoint)
     to = max(run.lam, run.last.model.length)
-    for item in contact_branch.follow(run.points[-2], STEPS, lambda _: [LIMIT], end=to):
+    for item in branch(last, to):
         if not isinstance(item, BranchPoint):
             return item.before.point.lam, End.SNAP
     return to, End.TOUCH

@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
 from stripfold.ask import select_model
+from stripfold.ask.collapse_record import in_solver_units
 from stripfold.ask.mesh_comparison import Events, MeshComparison, another_mesh, compared
 from stripfold.ask.simulation import Release
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
-from stripfold.base.percent import Percent
 from stripfold.elastica import folded_loop
-from stripfold.follow.assess import (
+from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.fall import Fall, assess_strip
+from stripfold.follow.memory import STEP, effects_of, load_path
+from stripfold.follow.phases import FALL
+from stripfold.follow.statics import StripModel, remeshed
+from stripfold.follow.time import follow_in_time
+from stripfold.follow.track import (
     BUMP,
-    SNAP,
-    Assessment,
-    Followed,
-    assess_strip,
+    StripState,
+    Track,
+    first_landing,
     lying_length,
     peak_forces,
     peak_push,
@@ -31,21 +35,10 @@ from stripfold.follow.assess import (
     shape_error,
     size_of_fall,
 )
-from stripfold.follow.collapse import in_solver_units
-from stripfold.follow.contact import touch_position, touches
-from stripfold.follow.contact_branch import STEPS
-from stripfold.follow.contact_set import from_nodes
-from stripfold.follow.path_friction import STEP, Effects, Step, effects_of, load_incrementally, until_lost
-from stripfold.follow.path_in_time import follow_in_time
-from stripfold.follow.path_statics import MOVING, NODAL
-from stripfold.follow.release import Fall, Motion
-from stripfold.follow.static import StripModel
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import HalfFold, half_fold
 from stripfold.paths.table import largest_miss
-from stripfold.solve.problem import Point
 from stripfold.strip.hysteresis import YIELD_CURVATURE
-from stripfold.strip.problem import StripProblem
 
 NOT_FOLLOWED = "not followed: the statics end here"
 
@@ -76,8 +69,8 @@ class Verdict:
     completed: bool
     contact: str
     failure: str
-    states: tuple[Followed, ...] = field(repr=False)
-    falls: tuple[tuple[int, Motion], ...] = field(default=(), repr=False, kw_only=True)
+    states: tuple[StripState, ...] = field(repr=False)
+    falls: tuple[tuple[int, tuple[StripState, ...]], ...] = field(default=(), repr=False, kw_only=True)
     touch_change: float = field(default=float("nan"), kw_only=True)
     mesh_dependence: str = field(default="", kw_only=True)
 
@@ -137,72 +130,66 @@ def assess_path(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
     coarser = select_model.COARSER * refinement
+    moment = 0.0
     if friction_moment is None and pull is None:
         released = in_solver_units(Release(), material) if fall else None
         found = assess_strip(strip, path, released, refinement, progress)
-        events, failure = _events(found, material), found.failure
-        again: Callable[[], Events] = partial(_again, found, strip, path, released, coarser)
-        touch = found.touch.x if found.touch else float("nan")
-        states, contact = list[Followed](found.states), found.contact
-        ends = accumulate(len(segment.states) for segment in found.segments)
-        falls = tuple(zip(ends, found.motions, strict=False))
+        again = partial(_again, found, strip, path, released, coarser)
     else:
         law, strength = "pull", (pull or 0.0) * unit / material.gravity
         if friction_moment is not None:
             law, strength = "hysteresis", friction_moment / (material.force_scale * unit)
+            moment = strength
         if step is not None and not 0.0 < step <= unit * path.length:
             allowed = f"more than 0 and at most {unit * path.length:.4g} m, the length of the path"
             raise InvalidInputError("step", step, allowed)
         size = min(STEP, path.length) if step is None else step / unit
         kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
         effects = effects_of(law, strength, kappa_y)
-        stepped, lost, touch = _with_friction(strip, path, effects, size, refinement, progress)
-        events = [_event(lost, SNAP, float("nan"))] if lost is not None else []
-
-        def stepped_again() -> Events:
-            _, lost, touch = _with_friction(strip, path, effects, size, coarser, None)
-            return Events(() if lost is None else (lost,), touch)
-
-        again = stepped_again
-        states, contact, failure = list[Followed](stepped), MOVING, None
-        falls = ()
-    here = Events(tuple(event["travelled"] for event in events), touch, failure is not None)
-    mesh = compared(here, another_mesh(again, progress) if compare else here)
+        found = load_path(strip.contact_mesh(refinement, memory=True), path, effects, size, progress)
+        again = partial(load_path, strip.contact_mesh(coarser, memory=True), path, effects, size)
+    events, failure, followed, touch = _events(found, material), found.failure, found, found.touch
+    here = _summary(found)
+    mesh = compared(here, another_mesh(lambda: _summary(again()), progress) if compare else here)
     if layer_friction is not None:
-        if not np.isnan(touch):
+        if touch is not None:
             # These statics know no friction between the layers.
             events = []
         damping = in_solver_units(Release(), material).damping
-        moment = 0.0 if friction_moment is None else strength
         try:
-            moved = follow_in_time(
+            followed = follow_in_time(
                 strip, path, layer_friction, moment, damping=damping, refinement=refinement, progress=progress
             )
         except SolveError as error:
             failure = error
         else:
-            states, touch, contact = list(moved.states), moved.touch_x, NODAL
-            falls = ()
+            touch = followed.touch
             # Of the motion in time there is one run.
             mesh = replace(mesh, touch=float("nan"))
     said = "" if failure is None else material.in_si(" ".join(str(failure).split()))
     folded = strip.length if fold_at is None else 2.0 * fold_at / unit
-    return _verdict(strip, material, path, events, touch, states, falls, contact, said, folded, mesh)
+    return _verdict(strip, material, path, events, touch.x if touch else float("nan"), followed, said, folded, mesh)
 
 
-def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
+def _summary(found: Track) -> Events:
+    """What is compared between meshes."""
+    touch = found.touch.x if found.touch else float("nan")
+    return Events(tuple(event.travelled for event in found.events), touch, found.failure is not None)
+
+
+def _events(found: Track, material: Material) -> list[dict[str, Any]]:
     """The critical points, each with what the strip did there."""
-    events = []
+    events, scales = [], material.scales
     for number, event in enumerate(found.events):
         given = event.travelled, event.kind, event.angle
-        if number < len(found.motions):
-            motion = found.motions[number]
-            drop, energy = size_of_fall(found.segments[number].states[-1], motion)
-            outcome = "at rest without a touch" if motion.touch is None else "fell to a touch"
-            scales = material.scales
+        if number < len(found.falls):
+            part = found.falls[number]
+            motion = found.states[part]
+            drop, energy = size_of_fall(found.states[part.start - 1], motion)
+            outcome = "at rest without a touch" if first_landing(motion) is None else "fell to a touch"
             size = scales["m"] * drop, scales["J m-1"] * energy, scales["m s-1"] * peak_speed(motion)
             events.append(_event(*given, outcome, *size))
-        elif number == len(found.motions) and found.failure is not None:
+        elif number == len(found.falls) and found.failure is not None:
             events.append(_event(*given, outcome="the fall could not be followed to rest"))
         else:
             events.append(_event(*given))
@@ -222,45 +209,17 @@ def _event(
     return {**given, "drop": drop, "energy": energy, "speed": speed, "outcome": outcome}
 
 
-def _with_friction(
-    strip: StripModel,
-    path: GripperPath,
-    effects: Effects,
-    size: float,
-    refinement: float,
-    progress: Callable[[str], None] | None,
-) -> tuple[list[tuple[StripProblem, Point]], float | None, float]:
-    """The states with friction, the length travelled at which the strip was lost, if it was, and x of the touch."""
-    mesh = strip.contact_mesh(refinement, memory=True)
-    loaded = Percent(progress, "following the path with friction")
-
-    def told() -> Iterator[Step]:
-        for step in load_incrementally(mesh, path, effects, size):
-            loaded(step.lam / path.length)
-            yield step
-
-    steps, lost = until_lost(told())
-    states = [step.on_mesh for step in steps]
-    touch = next((touch_position(p.model, point) for p, point in states if touches(p.model, point)), float("nan"))
-    return states, lost, touch
-
-
-def _again(found: Assessment, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Events:
-    """The events on another mesh; of a path with a critical point from a step before the first event on."""
-    segment, first, piece = found.segments[0], None, 0
+def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Track:
+    """The path on another mesh; with a critical point from a step before the first event on."""
+    first, piece = None, 0
     if found.events:
         begin = min(event.travelled for event in (*found.events, found.touch) if event is not None) - STEPS.largest
-        near = [number for number, point in enumerate(segment.points) if point.lam < begin]
-        with suppress(SolveError):
-            if near:
-                first = from_nodes(strip.contact_mesh(refinement), *segment.states[near[-1]])
-                piece = segment.pieces[near[-1]]
-    other = assess_strip(strip, path, fall, refinement, first=first, piece=piece)
-    return Events(
-        tuple(event.travelled for event in other.events),
-        other.touch.x if other.touch else float("nan"),
-        other.failure is not None,
-    )
+        near = [number for number, at in enumerate(found.points[found.parts[0]]) if at.point.lam < begin]
+        if near and isinstance(at := found.points[near[-1]], BranchPoint):
+            with suppress(SolveError):
+                first = remeshed(at, strip.contact_mesh(refinement))
+                piece = found.pieces[near[-1]]
+    return assess_strip(strip, path, fall, refinement, first=first, piece=piece)
 
 
 def _verdict(
@@ -269,14 +228,13 @@ def _verdict(
     path: GripperPath,
     events: list[dict[str, Any]],
     touch: float,
-    states: list[Followed],
-    falls: tuple[tuple[int, Motion], ...],
-    contact: str,
+    found: Track,
     failure: str,
     folded_length: float,
     mesh: MeshComparison,
 ) -> Verdict:
     unit, force = material.gravity_length, material.force_scale
+    states = found.static or found.states
     problem, last = states[-1]
     peak_force, peak_hold = peak_forces(states)
     completed = abs(last.lam - path.length) < 1e-6
@@ -312,12 +270,12 @@ def _verdict(
         folded=bool(distance <= folded_loop().height),
         end_error=unit * end_error,
         completed=completed,
-        contact=contact,
+        contact=found.contact,
         failure=failure,
         touch_change=unit * mesh.touch,
         mesh_dependence=material.in_si(mesh.said),
-        states=tuple(states),
-        falls=falls,
+        states=states,
+        falls=_falls(found),
     )
 
 
@@ -327,3 +285,9 @@ def _fold(length: float) -> HalfFold | None:
         return half_fold(length)
     except InvalidInputError:
         return None
+
+
+def _falls(found: Track) -> tuple[tuple[int, tuple[StripState, ...]], ...]:
+    """The falls, each with the static states before counted."""
+    static = [phase != FALL for phase in found.phases]
+    return tuple((sum(static[: part.start]), found.states[part]) for part in found.falls)

@@ -33,7 +33,7 @@ from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import Crossing, Event, StepOptions
 from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh, Topology
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import Motion
@@ -76,6 +76,16 @@ class BranchPoint:
     def topology(self) -> Topology:
         """Which parts lie."""
         return self.problem.mesh.topology
+
+    @property
+    def lam(self) -> float:
+        """The control parameter."""
+        return self.point.lam
+
+    @property
+    def touches(self) -> bool:
+        """Whether something beside the lying part is on the floor."""
+        return self.topology != LYING
 
 
 Planned = Callable[[Array], ContactMesh]
@@ -246,9 +256,11 @@ def follow(
     """
 
     def with_changes(problem: MovingContact) -> tuple[dict[Event, Callable[[BranchPoint], BranchPoint]], list[Event]]:
-        changes = contact_changes(problem) if through_contact else {}
+        ends = stops(problem)
+        names, changes = {event.name for event in ends}, contact_changes(problem) if through_contact else {}
+        changes = {event: change for event, change in changes.items() if event.name not in names}
         # An event that is not located may be behind a change of the contact in the same step.
-        return changes, [*changes, *stops(problem)]
+        return changes, [*changes, *ends]
 
     at = first
     yield at

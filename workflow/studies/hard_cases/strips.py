@@ -22,7 +22,8 @@ from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
-from stripfold.follow.static import End, StripModel, XRun, along_x, at_lambda, lift, solve_height, start_along_x
+from stripfold.follow.statics import StripModel, along_x, at_lambda, lift, solve_height, start_along_x
+from stripfold.follow.track import End, Track
 from stripfold.solve import newton
 from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
@@ -36,7 +37,7 @@ FINE = 0.25
 """Refinement of the rod that is a reference."""
 
 
-def located(follow: Callable[[float], XRun], refinement: float) -> tuple[XRun, float]:
+def located(follow: Callable[[float], Track], refinement: float) -> tuple[Track, float]:
     """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
     fine, coarse = follow(refinement), follow(2.0 * refinement)
     error = abs(fine.lam - coarse.lam) + fine.slack
@@ -82,7 +83,7 @@ def thick(thickness: float, height: float, refinement: float) -> Finding:
     Lengths go with the cube root of the stiffness, at most that of the largest curvature.
     """
 
-    def across(number: int) -> tuple[XRun, float]:
+    def across(number: int) -> tuple[Track, float]:
         strip = StripModel(LENGTH, thickness, across=number)
         return located(lambda r: solve_height(strip, height, r), refinement)
 

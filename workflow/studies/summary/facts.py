@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold.ask import collapse_record
 from stripfold.ask.model_error import solid_error
-from stripfold.follow import needed_effects
 from studies import branches as of_branches
 from studies import estimates as of_estimates
 from studies.schemes import CONSERVING, DEFAULT
@@ -177,7 +177,7 @@ def effects(d: xr.Dataset) -> Facts:
     needed, idle = d.needed == 1.0, d.needed == 0.0
     # The effect's own clock is more precise than the difference of two runs, which is mostly noise of the machine.
     # The solid is a model, not an effect on one: it has no cost on the same model.
-    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != needed_effects.SOLID))
+    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != collapse_record.SOLID))
     lacking = needed & (d.matters == 1.0)
     largest = [(name, float(cost.sel(effect=name).max())) for name in d.effect.values]
     return {

@@ -15,11 +15,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from math import inf
 
 import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
+from stripfold.base.percent import Percent
+from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
     STEPS,
     UNHELD,
@@ -28,25 +31,32 @@ from stripfold.follow.contact_branch import (
     Planned,
     contact_changes,
     follow,
-    from_flat,
     is_unheld,
     transferred,
 )
 from stripfold.follow.contact_events import LIFTED, lift_off_of_all, zero
-from stripfold.follow.landing import landed, lands, over_low
-from stripfold.follow.path_statics import FIRST
-from stripfold.follow.static import LAMBDA_TOLERANCE, LIMIT
+from stripfold.follow.statics import (
+    FIRST,
+    LAMBDA_TOLERANCE,
+    LIMIT,
+    Until,
+    landed,
+    lands,
+    over_low,
+    static_track,
+)
+from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import Event
 from stripfold.solve.linear import Bordered
-from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
-from stripfold.strip.contact_mesh import INTERVAL, LYING
+from stripfold.solve.problem import Equilibrium, Tangent, inner
+from stripfold.strip.contact_mesh import INTERVAL
 from stripfold.strip.effects import Hysteresis, MovableEffect, Pull
 from stripfold.strip.hysteresis import YIELD_CURVATURE
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongPath, Motion, StripProblem
+from stripfold.strip.problem import AlongPath, Motion
 
 Effects = Callable[[Model, Array], tuple[MovableEffect, ...]]
 """The effects on a strip, without force in the given state."""
@@ -66,34 +76,6 @@ def effects_of(law: str, strength: float, yield_curvature: float = YIELD_CURVATU
     if law == "pull":
         return lambda model, q: (Pull(model, strength, q),)
     return lambda model, q: (Hysteresis.of(model, strength, yield_curvature=yield_curvature, slack=q),)
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """An accepted step.
-
-    Attributes
-    ----------
-    at
-        The state and its problem, with the memory of the previous state; its stability includes the effects' tangent.
-    """
-
-    at: BranchPoint
-
-    @property
-    def lam(self) -> float:
-        """The length travelled."""
-        return self.at.point.lam
-
-    @property
-    def touches(self) -> bool:
-        """Whether something beside the lying part is on the floor."""
-        return self.at.topology != LYING
-
-    @property
-    def on_mesh(self) -> tuple[StripProblem, Point]:
-        """The state on its own mesh, with the floor as a bound, and its problem."""
-        return self.at.problem.on_mesh(self.at.point)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -133,24 +115,30 @@ def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Mo
             yield motion, float(travelled)
 
 
-def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
-    """Follow a path from the flat strip in steps of ``size``, L*, to its end.
+def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> BranchPoint:
+    """The first state of a path that is followed in steps of ``size``, L*, from the flat strip.
 
-    Raises
-    ------
-    InvalidInputError
-        A step size that cannot be used.
-    LostStabilityError
-        The strip did not follow; the steps before have been yielded.
-    SolveError
-        A step could not be computed.
+    Raises InvalidInputError: a step size that cannot be used.
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
     travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
-    first = with_effects(from_flat(mesh, AlongPath(path.pieces[0], length), travelled), effects)
-    yield from load_incrementally_from(first, steps_on(path, length, size))
+    return with_effects(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], length), travelled), effects)
+
+
+def load_path(
+    mesh: Planned,
+    path: GripperPath,
+    effects: Effects,
+    size: float,
+    progress: Callable[[str], None] | None = None,
+    until: Until = "end",
+) -> Track:
+    """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`."""
+    first, loaded = start_on_path(mesh, path, effects, size), Percent(progress, "following the path with friction")
+    places = steps_on(path, first.problem.mesh.length, size)
+    return load(first, places, until, progress=lambda at: loaded(at.point.lam / path.length))
 
 
 def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
@@ -161,7 +149,7 @@ def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
 
 def load_incrementally_from(
     first: BranchPoint, places: Iterable[tuple[Motion, float]], locate: bool = True
-) -> Iterator[Step]:
+) -> Iterator[BranchPoint]:
     """Steps from a state to each of ``places``: the motion of the gripper, and lambda, ascending.
 
     ``locate``: whether the error says where the strip was lost, or only the last state before.
@@ -180,26 +168,37 @@ def load_incrementally_from(
         # A copy without the meshes that were tried: steps are many.
         problem, state = replace(at.problem), at.point.state
         point = replace(at.point, solve_eigenvalues=partial(continuation.eigenvalues, problem, state))
-        yield Step(BranchPoint(problem, point))
+        yield BranchPoint(problem, point)
 
 
-def until_lost(steps: Iterable[Step]) -> tuple[list[Step], float | None]:
-    """The steps up to the loss of stability, and lambda there; None where the strip follows to the end.
+def load(
+    first: BranchPoint,
+    places: Iterable[tuple[Motion, float]],
+    until: Until = "end",
+    locate: bool = True,
+    lifted: float = inf,
+    progress: Callable[[BranchPoint], None] = lambda _: None,
+) -> Track:
+    """Follow the steps of :func:`load_incrementally_from` to their end or an earlier one.
 
-    Raises
-    ------
-    LostStabilityError
-        The strip does not follow in the first step.
+    ``until``: whether to end at the first touch.  ``lifted``: length off the floor from which the whole strip counts as
+    lifted, L*.  ``progress``: called with each state.  A strip that does not follow ends in a snap, and lambda
+    there is the track's event.  Raises SolveError: a step could not be computed.
     """
-    found: list[Step] = []
+    points: list[BranchPoint] = []
     try:
-        for step in steps:
-            found.append(step)
+        for at in load_incrementally_from(first, places, locate):
+            points.append(at)
+            progress(at)
+            if until == "touch" and at.touches:
+                return static_track(points, End.TOUCH)
+            if at.contact[-1] > lifted:
+                return static_track(points, End.LIFTED)
     except LostStabilityError as error:
-        if not found:
+        if error.parameter is None:
             raise
-        return found, error.parameter
-    return found, None
+        return static_track(points or [first], End.SNAP, events=(CriticalEvent(error.parameter),))
+    return static_track(points, End.PATH)
 
 
 def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
