@@ -15,7 +15,7 @@ from stripfold.follow import track as assessing
 from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.fall import Fall, assess_strip
 from stripfold.follow.statics import StripModel
-from stripfold.follow.track import BIFURCATION, SNAP, Track
+from stripfold.follow.track import BIFURCATION, MOVING, SNAP, End, Track
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.solve.schemes import Damping
@@ -28,11 +28,12 @@ PATHS: dict[str, Callable[[], GripperPath]] = {
     "circular": lambda: geometric.circular(STRIP.length),
     "r-path": lambda: rpath.plan_r_path(STRIP.length).path,
 }
+LOW = low_path.low(12.0, 1.2)
 PLACES = {"triangular": (3.392, 6.608), "circular": (5.289, 8.487), "r-path": (4.309, 7.518)}
 
 
 @pytest.fixture(scope="module")
-def statics() -> dict[str, Track]:
+def followed() -> dict[str, Track]:
     """The paper's paths up to their critical points."""
     return {name: assess_strip(STRIP, make()) for name, make in PATHS.items()}
 
@@ -41,7 +42,7 @@ def statics() -> dict[str, Track]:
 def low() -> tuple[StripModel, Track]:
     """A path too low for a snap."""
     strip = StripModel(12.0, 0.06)
-    return strip, assess_strip(strip, low_path.low(strip.length, 1.2), FALL, 2.0)
+    return strip, assess_strip(strip, LOW, FALL, 2.0)
 
 
 def elasticas_angle(path: GripperPath, travelled: float) -> float:
@@ -58,27 +59,27 @@ class TestCriticalPoints:
     """Where, and of which kind."""
 
     @pytest.mark.parametrize("name", PATHS)
-    def test_place_is_on_the_boundary(self, statics: dict[str, Track], name: str):
+    def test_place_is_on_the_boundary(self, followed: dict[str, Track], name: str):
         """Truth: the elastica's lambda_c at this height; a thickness takes 6 (h/L*)^2 off it."""
-        found = statics[name]
+        found = followed[name]
         (event,) = found.events
-        assert event.place == pytest.approx(PLACES[name], abs=4e-3)
-        np.testing.assert_allclose(PATHS[name]().position(event.travelled), event.place, atol=1e-12)
-        x, z = (float(value) for value in event.place)
+        place = PATHS[name]().position(event.travelled)
+        assert place == pytest.approx(PLACES[name], abs=4e-3)
+        x, z = (float(value) for value in place)
         off = x + STRIP.length / 2.0 - elastica.critical(z).advance
         assert off == pytest.approx(-6.0 * THICKNESS**2, abs=8e-3)
         assert event.travelled == event.found.lam
         assert not found.stable
-        assert not found.at_end
+        assert found.end is End.SNAP
         assert found.touch is None
-        assert not found.motions
-        assert len(found.segments) == 1
-        assert found.last is found.segments[0].states[-1]
+        assert not found.falls
+        assert found.critical is event.found
+        assert found.points[-1].point is event.found.before
 
     @pytest.mark.parametrize("name", PATHS)
-    def test_kind_by_the_angle(self, statics: dict[str, Track], name: str):
+    def test_kind_by_the_angle(self, followed: dict[str, Track], name: str):
         """Truth: the elastica's boundary, by differences.  The R-path of the elastica meets its own at no angle."""
-        (event,) = statics[name].events
+        (event,) = followed[name].events
         truth = elasticas_angle(PATHS[name](), event.travelled)
         assert event.angle == pytest.approx(truth, abs=2.5)
         if name == "r-path":
@@ -88,12 +89,12 @@ class TestCriticalPoints:
             assert event.kind == SNAP
             assert event.angle == pytest.approx({"triangular": 89.0, "circular": 76.4}[name], abs=0.8)
 
-    def test_angle_is_that_of_the_path(self, statics: dict[str, Track]):
+    def test_angle_is_that_of_the_path(self, followed: dict[str, Track]):
         """The same critical state come upon along its boundary, across it, and in between."""
-        found = statics["circular"]
+        found = followed["circular"]
         (event,) = found.events
-        problem, point = found.last
-        z = float(event.place[1])
+        problem, point = found.states[-1]
+        z = float(PATHS["circular"]().position(event.travelled)[1])
         slope = (elastica.critical(z + 1e-3).advance - elastica.critical(z - 1e-3).advance) / 2e-3
         along = np.array([slope, 1.0]) / np.hypot(slope, 1.0)
         across = np.array([along[1], -along[0]])
@@ -104,11 +105,11 @@ class TestCriticalPoints:
                 turned = replace(problem, motion=replace(problem.motion, path=piece))
                 assert assessing.boundary_angle(turned, point) == pytest.approx(angle, abs=2.0)
 
-    def test_normal_by_differences(self, statics: dict[str, Track]):
+    def test_normal_by_differences(self, followed: dict[str, Track]):
         """At fixed other unknowns a move of the gripper changes the forces; what the mode feels of it is the normal."""
-        found = statics["circular"]
+        found = followed["circular"]
         (event,) = found.events
-        problem, before = found.last
+        problem, before = found.states[-1]
         mode, grasp = before.mode, problem.model.middle[0]
         normal = []
         for unknown in grasp:
@@ -122,11 +123,11 @@ class TestCriticalPoints:
         sine = abs(np.dot(normal, way)) / np.linalg.norm(normal) / np.linalg.norm(way)
         assert event.angle == pytest.approx(np.degrees(np.arcsin(sine)), abs=1e-2)
 
-    def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Track], tmp_path: Path):
+    def test_a_table_of_the_triangle_is_the_triangle(self, followed: dict[str, Track], tmp_path: Path):
         file = tmp_path / "triangle.csv"
         file.write_text("t,x,z\n0,-0.3,0\n0.2,0,0.3\n1,0.3,0\n")
         other = assess_strip(STRIP, table.read(file, 20.0, 0.03))
-        (event,), (truth,) = other.events, statics["triangular"].events
+        (event,), (truth,) = other.events, followed["triangular"].events
         assert event.travelled == pytest.approx(truth.travelled, abs=2e-6)
         assert event.angle == pytest.approx(truth.angle, abs=0.01)
         assert event.kind == SNAP
@@ -138,10 +139,9 @@ class TestLow:
     def test_it_is_followed_to_its_end(self, low: tuple[StripModel, Track]):
         _, found = low
         assert found.stable
-        assert found.at_end
-        assert not found.motions
-        assert found.last[1].lam == pytest.approx(found.path.length)
-        assert not replace(found, segments=(replace(found.segments[0], states=found.segments[0].states[:-1]),)).at_end
+        assert found.end is End.PATH
+        assert not found.falls
+        assert found.lam == pytest.approx(LOW.length)
 
     def test_first_touch(self, low: tuple[StripModel, Track]):
         """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
@@ -151,7 +151,7 @@ class TestLow:
         truth = elastica.critical(1.2).state
         assert truth.sag is not None
         half = strip.length / 2.0
-        x, z = found.path.position(found.touch.travelled)
+        x, z = LOW.position(found.touch.travelled)
         assert z == pytest.approx(1.2)
         assert x + half == pytest.approx(truth.advance, abs=0.04)
         touch = x + truth.x[-1] - float(truth.at(truth.sag.s).x)
@@ -168,10 +168,10 @@ class TestLow:
 
     def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Track]):
         _, found = low
-        segment = found.segments[0]
-        lying = next(i for i, (problem, p) in enumerate(segment.states) if touches(problem.model, p))
-        assert assessing._static_touch(replace(segment, states=segment.states[lying:])) is None
-        assert assessing._static_touch(replace(segment, states=segment.states[:lying])) is None
+        assert found.touch is not None
+        lying = found.touch.index
+        for part in (slice(lying, None), slice(0, lying)):
+            assert replace(found, points=found.points[part], phases=found.phases[part]).touch is None
 
 
 def test_a_pushed_strip_buckles_where_its_elements_are_to_be_planned_anew() -> None:
@@ -189,5 +189,5 @@ def test_a_pushed_strip_is_laid_down_without_a_snap() -> None:
     for refinement in (2.0, 1.0):
         found = assess_strip(StripModel(9.0, THICKNESS), geometric.triangular(9.0), refinement=refinement)
         assert found.stable
-        assert found.at_end
-        assert found.contact == statics.MOVING
+        assert found.end is End.PATH
+        assert found.contact == MOVING

@@ -15,9 +15,10 @@ from stripfold.ask.simulation import Simulation
 from stripfold.base.errors import SolveError
 from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touch_position, touches
+from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState
 from stripfold.follow.statics import StripModel
-from stripfold.follow.track import Track
+from stripfold.follow.track import End, Track
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.problem import Opened, StripProblem
@@ -27,9 +28,24 @@ STRIP, HEIGHT = StripModel(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 
 
+class Fallen:
+    """A collapse by its parts: the state it falls from, the states before, of the fall and after it."""
+
+    def __init__(self, track: Track) -> None:
+        self.track, self.motion = track, track.states[track.falls[0]]
+        self.before, self.after = track.states[: track.falls[0].start], track.states[track.falls[0].stop :]
+        at = track.points[len(self.before) - 1]
+        assert isinstance(at, BranchPoint)
+        self.critical = at
+        self.problem, self.states = self.motion[0].problem, track.moments
+        touch = track.touch
+        assert touch is not None
+        self.touch, self.touch_x = touch.index - len(self.before), touch.x
+
+
 @pytest.fixture(scope="module")
-def found() -> Track:
-    return collapse_record.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
+def found() -> Fallen:
+    return Fallen(fall.collapse(STRIP, HEIGHT, FALL, refinement=1.5))
 
 
 @pytest.fixture(scope="module")
@@ -38,19 +54,19 @@ def stored() -> tuple[Simulation, xr.Dataset]:
     return asked, collapse_record.run(asked)
 
 
-def test_it_goes_from_the_critical_point_to_the_end(found: Track) -> None:
-    first, last = found.motion.states[0], found.motion.states[-1]
-    assert first.lam == pytest.approx(found.run.lam, abs=0.012)
-    assert last.lam == pytest.approx(found.run.last.point.lam + fall.NUDGE)
+def test_it_goes_from_the_critical_point_to_the_end(found: Fallen) -> None:
+    first, last = found.states[0], found.states[-1]
+    assert first.lam == pytest.approx(found.track.events[0].travelled, abs=0.012)
+    assert last.lam == pytest.approx(found.critical.lam + fall.NUDGE)
     assert found.after[0][1].lam == last.lam
-    assert found.end == "the gripper is above the held end"
+    assert found.track.end is End.PATH
     assert found.after[-1][1].lam >= STRIP.length
     assert all(point.negatives == 0 for _, point in found.after)
 
 
-def test_nothing_penetrates_or_gains_energy(found: Track) -> None:
-    bounded = found.motion.problem.bounded
-    states = found.motion.states
+def test_nothing_penetrates_or_gains_energy(found: Fallen) -> None:
+    bounded = found.problem.bounded
+    states = found.states
     assert min(m.q[bounded].min() for m in states) >= 0.0
     closing = np.array([m.energy.closing for m in states])
     assert np.abs(closing).max() < 1e-9
@@ -60,18 +76,18 @@ def test_nothing_penetrates_or_gains_energy(found: Track) -> None:
         assert lost[-1] > 0.0, name
 
 
-def test_what_lies_and_what_is_held_has_its_velocity(found: Track) -> None:
+def test_what_lies_and_what_is_held_has_its_velocity(found: Fallen) -> None:
     """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
-    problem, states = found.motion.problem, found.motion.states
-    _, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+    problem, states = found.problem, found.states
+    _, drive = fall.initial_state(ReleaseState.at(found.critical, 1.5), FALL)
     for state in states[1:]:
         assert np.abs(state.v[state.active]).max() < 1e-12
         np.testing.assert_allclose(state.v[problem.prescribed], [drive.rate(state.t), 0.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Track) -> None:
+def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Fallen) -> None:
     """A millionth of what was lost, for two time units: at the turn of an oscillation nothing moves either."""
-    states, problem = found.motion.states, found.motion.problem
+    states, problem = found.states, found.problem
     kinetic, work = (np.array([getattr(m.energy, name) for m in states]) for name in ("kinetic", "work"))
     left = np.array([sum(problem.energies(m.q)) for m in states]) + kinetic - work
     share = kinetic / np.maximum(left[0] - left, 1e-12)
@@ -81,9 +97,9 @@ def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Track) -> None:
     assert share[t > t[-1] - 2.0 - 2.5 * TIME_OPTIONS.largest].max() > 1e-6
 
 
-def test_the_ledger_is_the_energy(found: Track) -> None:
+def test_the_ledger_is_the_energy(found: Fallen) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
-    problem, states = found.motion.problem, found.motion.states
+    problem, states = found.problem, found.states
     first, last = states[0], states[-1]
     change = sum(problem.energies(last.q)) - sum(problem.energies(first.q)) - first.energy.kinetic
     energy = last.energy
@@ -93,17 +109,17 @@ def test_the_ledger_is_the_energy(found: Track) -> None:
     assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
 
 
-def test_the_touch_is_the_first(found: Track) -> None:
-    model, motion = found.motion.problem.model, found.motion
+def test_the_touch_is_the_first(found: Fallen) -> None:
+    model, motion = found.problem.model, found
     assert not any(touches(model, m) for m in motion.states[: motion.touch])
     at = motion.states[motion.touch]
     assert touches(model, at)
     # Bisection stops with a bracket that is short enough; its lower end need not be a state of the motion.
     before = motion.states[motion.touch - 1]
     if at.dt > fall.TOUCH_TOLERANCE:
-        _, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
+        _, drive = fall.initial_state(ReleaseState.at(found.critical, 1.5), FALL)
         scheme, shorter = EnergyMomentum(), at.dt - fall.TOUCH_TOLERANCE
-        almost = dynamics.step(found.motion.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
+        almost = dynamics.step(found.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
         assert not touches(model, almost)
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
     for before, after in pairwise(motion.states):
@@ -126,11 +142,11 @@ def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
 
 
-def test_where_it_touches_lies_between_nodes(found: Track) -> None:
+def test_where_it_touches_lies_between_nodes(found: Fallen) -> None:
     """The strip shifted and bent to a known parabola: its lowest point comes out, not the node's."""
-    problem = found.motion.problem
+    problem = found.problem
     model = problem.model
-    state = found.motion.states[found.motion.touch]
+    state = found.states[found.touch]
     column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, state)][0])))
     lowest = model.s[column] + 0.3 * (model.s[column + 1] - model.s[column])
     q = state.q.copy()
@@ -140,7 +156,7 @@ def test_where_it_touches_lies_between_nodes(found: Track) -> None:
     assert touch_position(problem.model, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_lying_upper_layer_leaves_the_folded_loop(found: Track) -> None:
+def test_a_lying_upper_layer_leaves_the_folded_loop(found: Fallen) -> None:
     """Truth: where the upper layer lies flat no horizontal force is left, and the loop is the elastica's folded one."""
     (problem, last) = found.after[-1]
     model = problem.model
@@ -155,18 +171,18 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Track) -> None:
     assert s[0] == pytest.approx(rising.length, abs=0.12)
 
 
-def test_both_signs_end_in_the_same_state(found: Track) -> None:
-    other = fall.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
-    middle = found.motion.problem.model.mid_surface
-    apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
+def test_both_signs_end_in_the_same_state(found: Fallen) -> None:
+    other = fall.simulate_fall(ReleaseState.at(found.critical, 1.5), replace(FALL, disturbance=-FALL.disturbance))
+    middle = found.problem.model.mid_surface
+    apart = middle(other.moments[-1].q) - middle(found.states[-1].q)
     assert np.abs(apart).max() < 1e-3
     # Against the fall it takes longer: the disturbance has a direction.
-    assert other.states[other.touch].t > found.motion.states[found.motion.touch].t
+    assert other.moments[other.touch.index].t > found.states[found.touch].t
 
 
-def test_the_disturbance_has_its_speed_and_direction(found: Track) -> None:
-    first, drive = fall.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-    problem = found.motion.problem
+def test_the_disturbance_has_its_speed_and_direction(found: Fallen) -> None:
+    first, drive = fall.initial_state(ReleaseState.at(found.critical, 1.5), FALL)
+    problem = found.problem
     speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
     assert speed == pytest.approx(FALL.disturbance)
     # Along the branch the strip moves as between two of its states.
@@ -174,33 +190,35 @@ def test_the_disturbance_has_its_speed_and_direction(found: Track) -> None:
     s = problem.model.s
     onwards = np.subtract(*(one.model.resampled_mid_surface(at.q, s) for one, at in (last, before)))
     assert np.sum(first.v[problem.model.middle] * onwards) > 0.0
-    assert drive.lam(0.0) == found.motion.states[0].lam
+    assert drive.lam(0.0) == found.states[0].lam
     # It is an equilibrium: what rounding leaves of its forces would make the light thickness unknowns fly.
     assert np.all(first.a == 0.0)
 
 
-def test_a_moving_gripper(found: Track) -> None:
-    motion = fall.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
-    last = motion.states[-1]
-    assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
-    assert motion.touch == len(motion.states) - 1
+def test_a_moving_gripper(found: Fallen) -> None:
+    motion = fall.simulate_fall(ReleaseState.at(found.critical, 1.5), replace(FALL, speed=0.02, to_rest=False))
+    last = motion.moments[-1]
+    assert last.lam == pytest.approx(motion.moments[0].lam + 0.02 * last.t)
+    assert motion.end is End.TOUCH
+    assert motion.touch is not None
+    assert motion.touch.index == len(motion.points) - 1
     assert abs(last.energy.closing) < 1e-9
 
 
 def test_no_snap_no_fall() -> None:
     with pytest.raises(SolveError, match="no fall to follow"):
-        collapse_record.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
+        fall.collapse(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
 
 
-def test_what_is_not_at_rest_is_not_handed_over(found: Track) -> None:
+def test_what_is_not_at_rest_is_not_handed_over(found: Fallen) -> None:
     """The state at rest with its loop blown up: the equilibrium found from it is another state."""
-    model, rest = found.motion.problem.model, found.motion.states[-1]
-    fall.state_at_rest(found.motion.problem, rest)
+    model, rest = found.problem.model, found.states[-1]
+    fall.state_at_rest(found.problem, rest)
     q = rest.q.copy()
     height = model.mid_surface(q)[:, 1]
     q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
     with pytest.raises(SolveError, match=r"from the equilibrium|did not converge|inside out"):
-        fall.state_at_rest(found.motion.problem, replace(rest, q=q))
+        fall.state_at_rest(found.problem, replace(rest, q=q))
 
 
 def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:

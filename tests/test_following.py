@@ -87,13 +87,13 @@ def x_run() -> statics.XRun:
     return statics.solve_height(StripModel(13.0, 0.06, kind="rod"), 3.0, past=1.0)
 
 
-def assert_points_are_equilibria(segment: Track) -> None:
+def assert_points_are_equilibria(segment: Track, path: GripperPath) -> None:
     """The gripper where the path says, balanced off the floor, pushed by the floor in sum, nothing below it, stable."""
     for problem, point in segment.states:
         model = problem.model
         half = model.length / 2.0
         grip, held = model.middle[[0, -1]]
-        np.testing.assert_allclose(point.q[grip] - [half, 0.0], segment.path.position(point.lam), atol=1e-9)
+        np.testing.assert_allclose(point.q[grip] - [half, 0.0], path.position(point.lam), atol=1e-9)
         assert np.all(point.q[held] == 0.0)
         residual = problem.residual(point.q, point.lam)
         floor = np.isin(model.middle[:, 1], point.active)
@@ -109,7 +109,7 @@ def assert_points_are_equilibria(segment: Track) -> None:
 
 def test_it_goes_through_equilibria_to_the_end(followed: Track) -> None:
     assert followed.critical is None
-    assert_points_are_equilibria(followed)
+    assert_points_are_equilibria(followed, PATH)
     lam = np.array([point.lam for point in followed.points])
     assert PATH.position(float(lam[0]))[1] == pytest.approx(statics.LOW, rel=1e-6)
     assert lam[-1] == PATH.length
@@ -163,14 +163,14 @@ def test_corners_that_are_none_change_nothing(followed: Track) -> None:
     kind = "solid" if followed.states[0][0].model.slopes is None else "rod"
     other = along(replace(STRIP, kind=kind), path)
     assert sorted(set(other.pieces)) == [0, 1, 2, 3, 4, 5]
-    assert_points_are_equilibria(other)
+    assert_points_are_equilibria(other, path)
     for s in (*PATH.corners, PATH.length):
         a, b = (next(state for state in x.states if state[1].lam == s) for x in (followed, other))
         assert distance(a, b) < 1e-3
     for s in (3.0, 12.5):
         ends = [p for p in other.points if p.lam == s]
         assert len(ends) == 2
-        np.testing.assert_allclose(ends[0].tangent.q, ends[1].tangent.q, atol=1e-6)
+        np.testing.assert_allclose(ends[0].point.tangent.q, ends[1].point.tangent.q, atol=1e-6)
 
 
 def test_a_table_of_a_path_is_the_path(followed: Track, tmp_path: Path) -> None:
@@ -190,7 +190,7 @@ def test_a_table_of_a_path_is_the_path(followed: Track, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Track) -> None:
     """Truth: the elastica's states, up to where two states meet: there any thickness opens a gap between them."""
-    assert_points_are_equilibria(planned)
+    assert_points_are_equilibria(planned, plan.path)
     assert planned.critical is not None
     meets = planned.critical.lam
     s = np.linspace(0.0, THIN.length, 401)
@@ -230,12 +230,12 @@ def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: Track) -> N
 
 def level(run: statics.XRun, end: float) -> tuple[BranchPoint, GripperPath]:
     """A run along x as a path: its first state, and the path."""
-    half = run.points[0].model.length / 2.0
-    ends = np.array([[run.lambda_0 - half, 3.0], [end - half, 3.0]])
-    piece = Interpolated.through(ends, run.lambda_0, "x")
-    first = run.points[0]
+    half = run.last.model.length / 2.0
+    first = run.branch[0]
+    ends = np.array([[first.lam - half, 3.0], [end - half, 3.0]])
+    piece = Interpolated.through(ends, first.lam, "x")
     problem = MovingContact(first.problem.mesh, AlongPath(piece, 2.0 * half))
-    return solved(problem, first.point.q, run.lambda_0), GripperPath("along x", (piece,))
+    return solved(problem, first.point.q, first.lam), GripperPath("along x", (piece,))
 
 
 def test_constant_height_is_the_run_along_x(x_run: statics.XRun) -> None:
@@ -245,11 +245,10 @@ def test_constant_height_is_the_run_along_x(x_run: statics.XRun) -> None:
     assert segment.critical is not None
     assert segment.critical.lam == pytest.approx(x_run.critical.lam, abs=2e-4)
     assert segment.critical.width <= statics.LAMBDA_TOLERANCE
-    assert segment.last is not None
     assert segment.last.point is segment.critical.before
     assert segment.last.contact == pytest.approx(x_run.last.contact, abs=0.02)
     assert all(p.lam <= segment.critical.upper for p in segment.points)
-    assert_points_are_equilibria(segment)
+    assert_points_are_equilibria(segment, path)
 
 
 def test_a_path_that_ends_before_the_critical_point(x_run: statics.XRun) -> None:
@@ -259,7 +258,7 @@ def test_a_path_that_ends_before_the_critical_point(x_run: statics.XRun) -> None
     segment = follow(StripModel(13.0, 0.06, kind="rod").contact_mesh(), path, 13.0, first)
     assert segment.critical is None
     assert segment.points[-1].lam == path.length
-    assert segment.points[-1].negatives == 0
+    assert segment.last.point.negatives == 0
 
 
 def test_a_sag_between_two_contacts() -> None:
@@ -270,7 +269,7 @@ def test_a_sag_between_two_contacts() -> None:
     assert segment.points[-1].lam == path.length
     lam = np.array([p.lam for p in segment.points])
     assert np.all(np.diff(lam) >= 0.0)
-    assert_points_are_equilibria(segment)
+    assert_points_are_equilibria(segment, path)
 
 
 def test_a_whole_strip_off_the_floor() -> None:
@@ -283,7 +282,7 @@ def test_a_whole_strip_off_the_floor() -> None:
     assert min(lies) == 0.0
     assert lies[-1] > 0.3
     assert segment.last.topology == LYING
-    assert_points_are_equilibria(segment)
+    assert_points_are_equilibria(segment, path)
 
 
 @pytest.mark.parametrize("kind", ["rod", "solid"])
@@ -292,9 +291,10 @@ def test_a_strip_a_little_too_short_loses_its_stability_where_it_lifts(kind: str
     strip = StripModel(6.5, 0.02, kind=kind)
     run = statics.solve_height(strip, 3.0)
     assert run.end is statics.End.LIFTED
-    segment = along(strip, polygon((-3.25, 0.0), (-1.25, 3.0), (6.75, 3.0)))
+    path = polygon((-3.25, 0.0), (-1.25, 3.0), (6.75, 3.0))
+    segment = along(strip, path)
     assert segment.critical is not None
-    x, _ = segment.path.position(segment.critical.lam)
+    x, _ = path.position(segment.critical.lam)
     assert x + 3.25 == pytest.approx(run.lam, abs=strip.thickness)
 
 
@@ -307,7 +307,6 @@ def test_a_state_at_nodes_and_back(followed: Track) -> None:
         if end == PATH.corners[1]:
             path = replace(PATH, pieces=PATH.pieces[:-1])
         at = along(strip, path).last
-        assert at is not None
         problem, point = contact_set.on_nodes(at)
         settled = newton.solve(problem, point.q, at.point.lam, point.active, options=contact_set.ROBUST_NEWTON)
         state = continuation.evaluate(problem, settled, point.tangent)
@@ -358,15 +357,15 @@ def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Pat
     file = tmp_path / "path.csv"
     file.write_text("t,x,z\n0,-8,0\n1,-7.2,1.4\n2,1,1.4\n3,2,8\n")
     strip = StripModel(16.0, 0.05, kind=kind)
-    assessed = assess_strip(strip, table.read(file, strip.length, 1.0))
-    (found,), (event,) = assessed.segments, assessed.events
+    path = table.read(file, strip.length, 1.0)
+    found = assess_strip(strip, path)
+    (event,) = found.events
     assert found.critical is not None
     assert found.critical.lam == pytest.approx(10.618, abs=1e-3)
     assert found.critical.width < 1e-6
     last = found.last
-    assert last is not None
     lam = last.point.lam - 0.02
-    piece = found.path.pieces[-1]
+    piece = path.pieces[-1]
 
     def push(moved: np.ndarray) -> float:
         place = piece.position(lam) + moved

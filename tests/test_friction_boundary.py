@@ -25,8 +25,10 @@ def test_little_friction_delays_by_the_law() -> None:
     """Truth: lambda_c of the elastica and its delay to first order, of which kappa_y takes up to a tenth."""
     moment = 0.005
     found = friction_boundary(LENGTH, moment)
-    assert found.snaps.tolist() == (found.z > elastica.touch_limit()).tolist()
     assert found.snaps.any()
+    # Friction raises the height from which on a strip snaps.
+    assert np.all(found.z[found.snaps] > elastica.touch_limit())
+    assert np.all(np.diff(found.snaps.astype(int)) >= 0)
     for z, advance in zip(found.z[found.snaps], found.advance[found.snaps], strict=True):
         delay = advance - elastica.critical(z).state.advance
         assert 0.85 < delay / (moment * elastica.friction_delay(z)) < 1.02

@@ -345,9 +345,10 @@ class _Follower:
         if stopped.event is LIMIT:
             event, _ = locate(states, self.options)
             if event.travelled >= end:
-                problem, before = stopped.before.problem, stopped.before.point
-                self.add(BranchPoint(problem, continuation.step_to(problem, before, end, self.options)))
-                return self.at
+                last = states[-1]
+                at_end = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, self.options))
+                self.add(at_end)
+                return at_end
             while self.lam > event.travelled and self.at is not at:
                 self.points.pop()
                 self.pieces.pop()
