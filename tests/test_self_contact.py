@@ -80,7 +80,7 @@ def test_tangents(over_step: bool) -> None:
     q0, turn = q + 1e-3 * random.normal(size=q.shape), random.normal(size=q.shape)
 
     def force(q1: Array) -> tuple[Array, object]:
-        done = contact.over_step(q0, q1) if over_step else contact.at(q1)
+        done = contact.over_step(q0 if over_step else q1, q1)
         assert done is not None
         return done
 
@@ -127,7 +127,7 @@ def test_gap_contact_crossing_and_layers_on_the_floor() -> None:
     lying = near.copy()
     lying[model.middle[:, 1]] -= 2.0 - 0.5 * H
     assert SelfContact.of(model, H).gap(lying) > 0.0
-    assert SelfContact.of(model, H).at(lying) is None
+    assert SelfContact.of(model, H).over_step(lying, lying) is None
 
 
 def test_no_contact_within_the_safe_displacement() -> None:

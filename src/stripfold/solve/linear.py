@@ -79,12 +79,6 @@ class BandPattern:
         flat = np.bincount(self.position, element_matrices.ravel(), minlength=len(band.flat))
         return Band(np.asarray(flat, float), self.width)
 
-    def diagonal(self, values: Array) -> Band:
-        """A diagonal matrix in the same storage."""
-        band = Band.zeros(self.size, self.width)
-        band.columns[:, self.width] = values
-        return band
-
 
 @dataclass(frozen=True)
 class Band:

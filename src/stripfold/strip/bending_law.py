@@ -16,10 +16,8 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.strip.directors import Directors
-from stripfold.strip.effect import Reaction
+from stripfold.strip.effect import Directors, ElementMoments, Reaction
 from stripfold.strip.model import Model
-from stripfold.strip.moments import ElementMoments
 
 
 class MomentCurvature:

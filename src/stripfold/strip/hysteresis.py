@@ -14,10 +14,8 @@ import numpy as np
 from stripfold import kernels
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.strip.directors import Directors
-from stripfold.strip.effect import Reaction
+from stripfold.strip.effect import Directors, ElementMoments, Reaction
 from stripfold.strip.model import Model
-from stripfold.strip.moments import ElementMoments
 
 if TYPE_CHECKING:
     from stripfold.kernels.bending import Springs

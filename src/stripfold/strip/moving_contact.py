@@ -236,7 +236,7 @@ class MovingContact:
         u, mesh = q[: self.n], self.at(q[self.n :])
         force = mesh.model.internal_force(u) + mesh.weight[0]
         for effect in mesh.effects:
-            force = force + effect.force(u)
+            effect.add(u, force)
         return self._with_equations(q, force)
 
     @cached_property
@@ -271,7 +271,7 @@ class MovingContact:
         weight, weight_columns = mesh.weight
         force, columns = force + weight, columns + weight_columns
         for effect in mesh.effects:
-            effect.add(u, mesh.growth, force, tangent, columns)
+            effect.add(u, force, tangent, mesh.growth, columns.T)
         rows, corner = np.array([tangent.row(j) for j in self._released]).reshape(-1, self.n), columns[self._released]
         rows[self.points], corner[self.points] = self._upright, 0.0
         if self.gripped is not None:
