@@ -22,12 +22,10 @@ from stripfold.strip.model import Model
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
-SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "across": 2}}
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
     "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
-    **{name: partial(Solid.of, 2.0, 0.1, nu=0.3, elements=ENDS, **options) for name, options in SOLIDS.items()},
-    "distorted": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, distort=lambda x: x + 0.01 * np.sin(3.0 * x)),
+    "solid": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS),
 }
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stripfold.ask.inputs import Simulation
+from stripfold.follow.track import End
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
