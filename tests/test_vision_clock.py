@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stripfold.base.arrays import Array
-from stripfold.base.errors import InvalidInputError, SynchronisationError
+from stripfold.base.errors import InvalidInputError
 from stripfold.film import clock
 
 PIXEL = 5e-4
@@ -80,37 +80,6 @@ def test_a_log_of_another_origin_is_not_explained_by_the_clock() -> None:
     clocks = clock.synchronise(times, x, 1e-5, log(3.0), 3e-5, PIXEL)
     assert clocks.offset == pytest.approx(3.0, abs=0.02)
     assert clocks.shift == pytest.approx(3e-3, rel=0.15)
-
-
-def test_a_slow_log_and_irregular_frames() -> None:
-    rng = np.random.default_rng(2)
-    times = np.sort(rng.uniform(0.0, 8.0, 200))
-    x = advance(times, ramp=0.5) + rng.normal(0.0, 1e-4, 200)
-    t = np.arange(0.0, 9.0, 0.1)
-    slow = clock.RobotLog(t - 12.0, advance(t, ramp=0.5), 0.0 * t)
-    clocks = clock.synchronise(times, x, 1e-4, slow, 1e-3, PIXEL)
-    assert clocks.offset == pytest.approx(-12.0, abs=5e-3)
-
-
-@pytest.mark.parametrize(
-    ("x", "robot", "message"),
-    [
-        (lambda t: advance(t), log(0.0, speed=0.022), "correlation of 0.99"),
-        (lambda t: -advance(t), log(0.0), "correlation of -?0"),
-        (lambda t: 0.1 + 0.0 * t, log(0.0), "0.00 mm in the video"),
-        (lambda t: advance(t), clock.RobotLog(np.arange(9.0), np.zeros(9), np.zeros(9)), "0.00 mm in the log"),
-        (
-            lambda t: advance(t),
-            clock.RobotLog(np.array([0.0, 0.02]), np.array([0.0, 0.1]), np.zeros(2)),
-            "log of 0.02 s",
-        ),
-    ],
-)
-def test_motions_that_differ(x, robot: clock.RobotLog, message: str) -> None:  # type: ignore[no-untyped-def]
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    with pytest.raises(SynchronisationError, match=message) as caught:
-        clock.synchronise(times, x(times), 1e-4, robot, 1e-3, PIXEL, source="robot.csv")
-    assert str(caught.value).startswith("robot.csv: ")
 
 
 def test_a_log_from_a_file(tmp_path: Path) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from PIL import Image
 from scipy.integrate import solve_bvp
 
@@ -17,7 +15,7 @@ import stripfold as sf
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.cli import main
-from stripfold.film import cantilever, eta, eta_figure
+from stripfold.film import cantilever, eta
 
 SCALE = 3e-4
 SIZE = (640, 520)
@@ -201,26 +199,6 @@ def photo(tmp_path: Path) -> dict[str, str]:
     return paths
 
 
-def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    fold = ["eta", "--image", photo["folded"], "--scale", str(SCALE), "--method", "fold"]
-    target = tmp_path / "fit.png"
-    assert main([*fold, "--json", "--picture", str(target)]) == 0
-    values = json.loads(capsys.readouterr().out)
-    assert values["eta_b"] == pytest.approx(true_eta(100.0), rel=0.02)
-    assert values["eta_b_lower"] < values["eta_b"] < values["eta_b_upper"]
-    assert values["height"] == pytest.approx(91.38 * SCALE, rel=0.01)
-    with Image.open(target) as drawn_fit:
-        assert drawn_fit.format == "PNG"
-    known = Path(photo["folded"]).read_bytes()
-    assert main([*fold, "--picture", photo["folded"]]) == 2
-    assert "another file than the input" in capsys.readouterr().err
-    assert Path(photo["folded"]).read_bytes() == known
-    assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
-    text = capsys.readouterr().out
-    for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "slope ", "linear       yes", "secant"):
-        assert word in text
-
-
 @pytest.mark.parametrize(
     ("more", "code", "words"),
     [
@@ -239,26 +217,6 @@ def test_command_line_refuses(
     assert err.startswith("stripfold: error: ")
     assert words in err
     assert err.count("\n") == 1
-
-
-def lines(fig: Figure, panel: int) -> dict[str, drawn.Array]:
-    return {str(line.get_label()): np.asarray(line.get_xydata()) for line in fig.axes[panel].lines}
-
-
-def test_figure_of_a_fit() -> None:
-    image = drawn.picture(share("hanging", 2.0))
-    found = eta.from_image(image, SCALE, "cantilever")
-    fig = eta_figure.draw(image, found)
-    above, below = lines(fig, 0), lines(fig, 1)
-    np.testing.assert_allclose(above["centreline"], 1e3 * SCALE * found.line.points)
-    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.fit.curve)
-    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.fit.residual)
-    # Of a strip with a linear law, the other law is not drawn.
-    assert "_power" not in below
-    image = drawn.picture(share("folded", 100.0))
-    loop = eta.from_image(image, SCALE, "fold")
-    height = next(value for name, value in lines(eta_figure.draw(image, loop), 0).items() if name.startswith("height"))
-    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fit.height)
 
 
 def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:

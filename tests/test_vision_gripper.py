@@ -123,17 +123,6 @@ def test_hidden_for_a_while(film: list[Picture]) -> None:
     assert np.all(track.sd[16:22] > track.sd[15])
 
 
-def test_a_jump(film: list[Picture]) -> None:
-    """After six missing frames the marker is farther away than the fit alone converges."""
-    tracker = gripper.GripperTracker(Marker("4x4_50", 7))
-    border = np.array([400, 500])
-    for k in (*range(10), *range(16, 40)):
-        image = np.pad(film[k], ((border[1], 0), (border[0], 0)), constant_values=90)
-        grip = tracker(Frame(k, TIMES[k], image))
-        assert grip.tracked
-        np.testing.assert_allclose(grip.centre, position(TIMES)[k] + border, atol=0.03)
-
-
 def test_lost(film: list[Picture]) -> None:
     with pytest.raises(TrackingError, match="first frame") as caught:
         follow([PLAIN, *film[1:]])

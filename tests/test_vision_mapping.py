@@ -17,7 +17,6 @@ from stripfold.base.errors import CalibrationError, InvalidInputError
 from stripfold.film import intrinsics, recording
 from stripfold.film.boards import Board
 from stripfold.film.calibration import Calibration, assemble, calibrate_folder
-from stripfold.film.camera import Camera
 from stripfold.film.mapping import fit_similarity, scale, transform
 from stripfold.film.marker import Marker
 from stripfold.film.recording import Entries
@@ -127,21 +126,6 @@ def test_robot_grids_that_are_refused(change: Callable[[Stops], Stops], message:
         assemble(seen.LENS, seen.plane_board(0.05, random), stops, seen.SIDE)
 
 
-def test_planes_that_are_refused() -> None:
-    random = np.random.default_rng(9)
-    board, stops = seen.plane_board(0.05, random), seen.stops(0.05, 1e-4, random)
-    with pytest.raises(CalibrationError, match=r"wall\.png: corners 1\.\d+ px off a plane"):
-        assemble(seen.LENS, seen.plane_board(0.8, random), stops, seen.SIDE, "wall.png")
-    # Another lens: lines of the board are not straight.
-    with pytest.raises(CalibrationError, match="same zoom"):
-        assemble(Camera(seen.LENS.matrix, np.zeros(5), seen.SIZE), board, stops, seen.SIDE)
-    wrong = board._replace(object_points=board.object_points * 0.9)
-    with pytest.raises(CalibrationError, match=r"board's square as described"):
-        assemble(seen.LENS, wrong, stops, seen.SIDE)
-    with pytest.raises(CalibrationError, match=r"sides 0\.7[45]\d? times"):
-        assemble(seen.LENS, board, stops, seen.SIDE / 0.75)
-
-
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Entries]:
     folder = tmp_path_factory.mktemp("recording")
@@ -202,25 +186,6 @@ def test_calibrations_with_unusable_files(
     spoil(folder)
     with pytest.raises(error, match=message):
         calibrate_folder(folder, filmed[1].model_copy(update=FROM_FILE))
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "header image,x,z"),
-        ("image,x,y\n0.png,1,2\n", "header image,x,z"),
-        ("image,x,z\n0.png,1\n", "3 entries.*row 2"),
-        ("image,x,z\n0.png,a,1\n", "2 numbers.*row 2"),
-        ("image,x,z\n0.png,nan,1\n", "finite numbers"),
-        ("image,x,z\n0.png,0,1\n0.png,1,1\n", "each picture has one row"),
-        ("image,x,z\n" + "0.png,0,1\n" * 101, "101 rows"),
-        ("image,x,z\n" + "0.png,0,1\n" * 20000, "longer than that"),
-    ],
-)
-def test_unusable_tables_of_stops(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "robot.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(InvalidInputError, match=message):
-        find_stops(tmp_path, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
 
 
 @pytest.mark.parametrize("name", ["../secret.png", "/secret.png"])
