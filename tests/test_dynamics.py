@@ -81,7 +81,7 @@ def test_energy_and_angular_momentum_are_kept_however_long_the_step() -> None:
 def cantilever() -> tuple[HeldStrip, np.ndarray]:
     """A strip that is clamped horizontally and begins to fall, straight."""
     model = Solid.of(3.0, 0.05, elements=10)
-    clamp = model.mesh.unknowns[0].ravel()
+    clamp = model.unknowns[0].ravel()
     return HeldStrip(model, clamp, np.zeros(len(clamp)), np.zeros(len(clamp))), np.zeros(model.size)
 
 

@@ -14,16 +14,10 @@ from stripfold.strip.solid import Solid
 LENGTH, THICKNESS = 6.0, 0.1
 BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])
 MOMENT, YIELD = 0.3, 0.2
-KINDS = [
-    pytest.param(1, 2, id="order1-across2"),
-    pytest.param(2, 1, id="order2"),
-    pytest.param(2, 2, id="order2-across2"),
-]
-on_all = pytest.mark.parametrize(("order", "across"), KINDS)
 
 
-def strip(order: int = 2, across: int = 1) -> Solid:
-    return Solid.of(LENGTH, THICKNESS, order=order, elements=BOUNDARIES, across=across)
+def strip() -> Solid:
+    return Solid.of(LENGTH, THICKNESS, elements=BOUNDARIES)
 
 
 def friction(model: Solid) -> Hysteresis:
@@ -61,9 +55,8 @@ def partly_slid(model: Solid) -> tuple[Hysteresis, np.ndarray]:
 
 
 class TestDerivatives:
-    @on_all
-    def test_force_is_the_derivative_of_the_stored_energy_where_it_sticks(self, order, across):
-        model = strip(order, across)
+    def test_force_is_the_derivative_of_the_stored_energy_where_it_sticks(self):
+        model = strip()
         q = crooked(model)
         effect = Hysteresis.of(model, 50.0, yield_curvature=100.0)  # never slides
         direction, e = np.random.default_rng(2).standard_normal(model.size), 1e-5
@@ -71,10 +64,9 @@ class TestDerivatives:
         assert effect.force(q) @ direction == pytest.approx(slope, rel=1e-6)
         assert effect.dissipation(q) == 0.0
 
-    @on_all
-    def test_tangent_where_some_stick_and_some_slide(self, order, across):
+    def test_tangent_where_some_stick_and_some_slide(self):
         """Central differences, column by column; symmetry."""
-        model = strip(order, across)
+        model = strip()
         effect, q = partly_slid(model)
         force, tangent = effect.force_and_tangent(q)
         assert 0.2 < np.mean(np.abs(effect.moments(q)) < MOMENT * (1.0 - 1e-12)) < 0.8
@@ -101,11 +93,10 @@ class TestDerivatives:
 
 
 class TestObjectivity:
-    @on_all
     @pytest.mark.parametrize("degrees", [37.0, 90.0, 180.0, -135.0])
-    def test_rigid_motion_causes_no_force(self, order, across, degrees):
+    def test_rigid_motion_causes_no_force(self, degrees):
         """No bending, so no force and no dissipation."""
-        model = strip(order, across)
+        model = strip()
         angle = np.radians(degrees)
         along = np.outer(model.s, [np.cos(angle), np.sin(angle)])
         q = model.unknowns_of(along + np.array([0.4, -2.0]), np.full(len(model.s), angle))
@@ -114,40 +105,37 @@ class TestObjectivity:
         assert np.abs(effect.force(q)).max() < 1e-13
         assert effect.committed(q, np.zeros_like).dissipated == 0.0
 
-    @on_all
-    def test_rotating_a_bent_strip_rotates_its_forces(self, order, across):
+    def test_rotating_a_bent_strip_rotates_its_forces(self):
         """f(R q) = R f(q), with equal moments; sticking and sliding, sections of any shape."""
-        model = strip(order, across)
+        model = strip()
         effect, q = partly_slid(model)
         a = np.radians(200.0)
         turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
-        offset = np.linspace(-0.5, 0.5, model.mesh.unknowns.shape[1])
+        offset = np.linspace(-0.5, 0.5, model.unknowns.shape[1])
         section = np.stack([0.0 * offset, offset], axis=1)
         section[len(offset) // 2] = 0.0
         turned = q.copy()
         # The unknowns of a section are relative to its middle node: rotate positions.
-        turned[model.mesh.unknowns] = (q[model.mesh.unknowns] + section) @ turn.T - section
+        turned[model.unknowns] = (q[model.unknowns] + section) @ turn.T - section
         np.testing.assert_allclose(effect.moments(turned), effect.moments(q), atol=1e-13)
         wanted = np.zeros(model.size)
-        wanted[model.mesh.unknowns] = effect.force(q)[model.mesh.unknowns] @ turn.T
+        wanted[model.unknowns] = effect.force(q)[model.unknowns] @ turn.T
         np.testing.assert_allclose(effect.force(turned), wanted, atol=1e-12)
 
 
 class TestBending:
     """A strip bent to arcs of one curvature, the same in all elements."""
 
-    @on_all
     @pytest.mark.parametrize("curvature", [0.1, 0.2, 0.7, -0.15, -0.9])
-    def test_end_moment(self, order, across, curvature):
+    def test_end_moment(self, curvature):
         """Stiffness times curvature up to M_0."""
-        effect = friction(strip(order, across))
+        effect = friction(strip())
         wanted = np.clip(MOMENT / YIELD * curvature, -MOMENT, MOMENT)
         assert effect.stiffness == pytest.approx(1.5)
         assert end_moment(effect, curvature) == pytest.approx(wanted, rel=1e-8)
         np.testing.assert_allclose(effect.moments(bent(effect.model, curvature)), wanted, rtol=1e-12)
 
-    @on_all
-    def test_loop(self, order, across):
+    def test_loop(self):
         """A loop between -K and K dissipates 4 M_0 (K - kappa_y) per length, and takes the same work.
 
         The work of a step is by the trapezoidal rule, exact because the steps meet the corners of the loop.
@@ -155,7 +143,7 @@ class TestBending:
         largest, step = 0.8, 0.1
         quarter = np.arange(step, largest + step / 2.0, step)
         there_and_back = np.concatenate([quarter[-2::-1], [0.0], -quarter, -quarter[-2::-1], [0.0], quarter])
-        effect = friction(strip(order, across))
+        effect = friction(strip())
         model = effect.model
 
         def through(effect: Hysteresis, curvatures: np.ndarray, before: float) -> tuple[Hysteresis, float]:

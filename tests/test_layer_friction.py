@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stripfold.ask.inputs import Simulation
+from stripfold.follow.track import End
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
@@ -115,15 +116,15 @@ def test_tangent() -> None:
 
 
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.ask import collapse_record
+    from stripfold.ask import collapse
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
-    found = collapse_record.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse_record.AT_REST
+    found = collapse.run(Simulation(**strip))
+    assert found.attrs["end"] == collapse.ENDS[End.REST]
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0
     assert float(found["friction"].dropna("state")[-1]) > 0.0
-    without = collapse_record.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
+    without = collapse.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
     assert "layer_friction" in without.attrs["missing"]
     assert not without["friction"].dropna("state").any()

@@ -69,7 +69,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytes
 def test_what_needs_no_extra():
     """In a process in which the optional modules cannot be imported."""
     blocked = [module for modules in extras.MODULES.values() for module in modules]
-    names = ("ask.strip", "ask.sweep", "cli", "ask.collapse", "film.measured")
+    names = ("ask.strip", "ask.sweep", "cli", "ask.collapse", "film.measure")
     code = f"import sys; sys.modules |= dict.fromkeys({[*blocked, 'snakemake']!r})\n"
     code += "\n".join(f"import stripfold.{name}" for name in names)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -76,7 +76,7 @@ def test_tangents(over_step: bool) -> None:
     q0, turn = q + 1e-3 * random.normal(size=q.shape), random.normal(size=q.shape)
 
     def force(q1: Array) -> tuple[Array, object]:
-        done = contact.over_step(q0, q1) if over_step else contact.at(q1)
+        done = contact.over_step(q0 if over_step else q1, q1)
         assert done is not None
         return done
 

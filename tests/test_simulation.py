@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stripfold.ask.collapse_record import in_solver_units
+from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.errors import InvalidInputError
 

@@ -127,7 +127,7 @@ def folded(thickness: float, element: float) -> dict[str, float]:
     # the strip's own weight besides.
     landing, behind = s < loop.arc / 2.0, s < loop.arc + 1.0
     lifting = vertical[behind & ~landing].sum() - (weight[behind].sum() - loop.arc)
-    section = q[model.mesh.unknowns[0, -1]] - q[model.mesh.unknowns[0, 0]]
+    section = q[model.unknowns[0, -1]] - q[model.unknowns[0, 0]]
     return {
         "height": top - loop.height,
         "landing": vertical[landing].sum() - loop.landing_reaction,

@@ -17,7 +17,7 @@ from oracles.toys import NONE, Toy, Truss, branches, breaking
 from stripfold.base.errors import ContinuationError, NewtonError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import critical_point
+from stripfold.solve.critical import LIMIT
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point, Problem, Tangent, inner
 
@@ -200,7 +200,7 @@ class TestGuards:
         second = continuation.step(problem, first, 0.5, options)
         assert continuation.step(problem, second, 0.5, options).negatives == 1
         points = []
-        for item in continuation.follow(problem, first, options, [critical_point(1e-6)]):
+        for item in continuation.follow(problem, first, options, [replace(LIMIT, tolerance=1e-6)]):
             assert isinstance(item, Point)
             points.append(item)
             if item.lam > 1.0:

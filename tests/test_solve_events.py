@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 import pytest
@@ -12,9 +13,8 @@ import pytest
 from oracles.branches import check_branch
 from oracles.toys import NONE, Truss
 from stripfold.solve import continuation
-from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import critical_point
-from stripfold.solve.events import Crossing, Event, always, never
+from stripfold.solve.continuation import Crossing, Event, StepOptions
+from stripfold.solve.critical import LIMIT
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point
 
@@ -23,9 +23,9 @@ STEPS = StepOptions(first=0.02, largest=0.05, newton=NewtonOptions(force_toleran
 LONG = StepOptions(first=0.2, largest=0.2, min_cosine=-1.0, max_correction=np.inf)
 
 
-def sinks(depth: float, tolerance: float = 1e-6, located: Callable[[Point], bool] = always) -> Event:
+def sinks(depth: float, tolerance: float = 1e-6) -> Event:
     """The event that the loaded point is this far down."""
-    return Event(f"depth {depth}", lambda point, _: point.q[1] < -depth, tolerance, located=located)
+    return Event(f"depth {depth}", lambda point, _: point.q[1] < -depth, tolerance)
 
 
 def followed(events: Sequence[Event], options: StepOptions = STEPS, depth: float = 0.7) -> list[Point | Crossing]:
@@ -42,7 +42,7 @@ def followed(events: Sequence[Event], options: StepOptions = STEPS, depth: float
 
 def test_each_is_found_once_where_it_is() -> None:
     """Truth: the depth given; the first limit point of the truss at a depth of b - b / sqrt(3), at its limit load."""
-    limit = critical_point(1e-9)
+    limit = replace(LIMIT, tolerance=1e-5)
     deep = sinks(0.5)
     crossings = [item for item in followed([deep, limit]) if isinstance(item, Crossing)]
     assert [crossing.event for crossing in crossings] == [limit, deep]
@@ -66,7 +66,7 @@ def test_the_order_is_that_of_the_branch() -> None:
 
 
 def test_what_is_not_located_is_reported_with_its_step() -> None:
-    found = followed([sinks(0.1, located=never)], depth=0.2)
+    found = followed([sinks(0.1, tolerance=inf)], depth=0.2)
     at = next(i for i, item in enumerate(found) if isinstance(item, Crossing))
     crossing = found[at]
     assert isinstance(crossing, Crossing)

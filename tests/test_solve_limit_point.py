@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss
 from stripfold.base.errors import NewtonError, SolveError
-from stripfold.solve import continuation, critical, limit_point
+from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Problem, Tangent
@@ -24,9 +25,9 @@ TOP = RISE / sqrt(3.0) - RISE
 DOWN = Tangent(np.array([0.0, -1.0]), 0.0)
 
 
-def solve(q: float, lam: float, tolerance: float = 1e-10, towards: Tangent = DOWN) -> limit_point.LimitPoint:
+def solve(q: float, lam: float, tolerance: float = 1e-10, towards: Tangent = DOWN) -> critical.LimitPoint:
     """The truss's limit point from an apex displacement."""
-    return limit_point.solve(TRUSS.problem(), np.array([0.0, q]), lam, towards, NONE, TIGHT, tolerance=tolerance)
+    return critical.limit_point(TRUSS.problem(), np.array([0.0, q]), lam, towards, NONE, TIGHT, tolerance=tolerance)
 
 
 @pytest.mark.parametrize(("q", "share"), [(0.5 * TOP, 0.8), (0.9 * TOP, 1.0), (1.2 * TOP, 1.1), (0.5 * TOP, 0.0)])
@@ -63,12 +64,10 @@ def test_lee_frame():
         if critical.is_past(after, before):
             break
         before = after
-    bracketed = continuation.narrow(
-        continuation.Crossing(critical.critical_point(1e-8), before, after),
-        lambda at, ds: continuation.step(frame, at.before, ds, options),
-    )
+    event = replace(critical.LIMIT, tolerance=1e-5)
+    bracketed = continuation.locate(frame, continuation.Crossing(event, before, after), options)
     found = critical.near(frame, before, 1e-8, options)
-    assert found.lam == pytest.approx(bracketed.before.lam, abs=2e-8)
+    assert found.lam == pytest.approx(bracketed.before.lam, abs=1e-7)
     assert found.agree
     assert found.width <= 1e-8
 
@@ -94,7 +93,7 @@ class TestCheck:
         """The steep truss has swayed to a side before its limit load: neither side is stable."""
         steep = Truss(1.0, 2.0, stiffness=3.0)
         q = np.array([0.0, 2.0 / sqrt(3.0) - 2.0 + 0.01])
-        found = limit_point.solve(steep.problem(), q, steep.limit_load, DOWN, NONE, TIGHT)
+        found = critical.limit_point(steep.problem(), q, steep.limit_load, DOWN, NONE, TIGHT)
         assert found.state.lam == pytest.approx(steep.limit_load, rel=1e-9)
         with pytest.raises(SolveError, match="does not lose its stability"):
             critical.checked(steep.problem(), found, 1e-6, STEPS)
@@ -104,5 +103,5 @@ def test_there_is_none():
     """A branch on which lambda always rises: an error with the history, no point."""
     rising = Toy(1, lambda q, lam: (q**3 + q - lam, np.diag(3.0 * q**2 + 1.0), -np.ones(1)))
     with pytest.raises(NewtonError) as error:
-        limit_point.solve(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
+        critical.limit_point(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
     assert error.value.residuals

@@ -30,7 +30,9 @@ def assembled(seed: int, shift: float = 0.0) -> tuple[Band, np.ndarray]:
     for at, element in zip(unknowns, elements, strict=True):
         dense[np.ix_(at, at)] += element
     pattern = BandPattern.of(unknowns, SIZE)
-    return pattern.assemble(elements) + pattern.diagonal(np.full(SIZE, -shift)), dense - shift * np.eye(SIZE)
+    band = pattern.assemble(elements)
+    band.diagonal()[:] -= shift
+    return band, dense - shift * np.eye(SIZE)
 
 
 def shift_between(seed: int, negatives: int) -> float:

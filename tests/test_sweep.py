@@ -14,8 +14,7 @@ import pytest
 import xarray as xr
 import yaml
 
-from stripfold.ask import sweep
-from stripfold.ask.critical import CriticalPoint
+from stripfold.ask import critical, sweep
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main
@@ -30,7 +29,7 @@ def single(case: dict[str, object]) -> tuple[dict[str, float], str]:
     try:
         scene = Scene(**case)
         scene.require_long_enough()
-        found = CriticalPoint.of(scene)
+        found = critical.find(scene)
     except StripfoldError as error:
         return dict.fromkeys(sweep.NUMBERS, np.nan), str(error)
     return {name: getattr(found, name) for name in sweep.NUMBERS}, found.reason

@@ -6,6 +6,7 @@ import copy
 import json
 import pickle
 import shutil
+from copy import deepcopy
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,21 +14,163 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 from filmed_truth import event_of
 from stripfold import cli
 from stripfold.base.arrays import Mask
 from stripfold.base.errors import InvalidInputError, MeasurementError
+from stripfold.cli import main
 from stripfold.files import store
-from stripfold.film import measure, measurement, measurement_figure, recording, report
+from stripfold.film import measure, recording, report
 from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.camera_motion import Shift
-from stripfold.film.measured import RecordingMeasurement
-from stripfold.film.measurement import Measurement
+from stripfold.film.measure import RecordingMeasurement
 from stripfold.film.recording import Entries, ManualOnset, Recording
 from stripfold.film.tracking import Tracks, track
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
+
+ENTRIES: dict[str, Any] = {
+    "title": "a made-up strip",
+    "strip": {"length": 0.3, "eta_b": 3780.0},
+    "gripper": {
+        "height": 0.09,
+        "speed": 0.005,
+        "flat_end": 0.1,
+        "marker": {"dictionary": "4x4_50", "id": 3, "size": 0.02, "offset": [0.0, -0.02]},
+    },
+    "video": "video.mkv",
+    "camera": {"images": "camera", "board": {"type": "chessboard", "columns": 9, "rows": 6, "square": 0.025}},
+    "plane": {
+        "image": "plane.png",
+        "board": {
+            "type": "charuco",
+            "columns": 5,
+            "rows": 7,
+            "square": 0.04,
+            "marker": 0.02,
+            "dictionary": "6x6_250",
+        },
+    },
+    "robot": {"grid": "stops/robot.csv"},
+}
+
+
+def entries_with(path: str, value: Any) -> dict[str, Any]:
+    """A copy with one entry changed, or removed where the value is None."""
+    changed = deepcopy(ENTRIES)
+    *parents, key = path.split(".")
+    at = changed
+    for parent in parents:
+        at = at[parent]
+    if value is None:
+        del at[key]
+    else:
+        at[key] = value
+    return changed
+
+
+def write(folder: Path, entries: Any) -> Path:
+    """A folder with all the files that the entries above name; their content does not matter here."""
+    (folder / "camera").mkdir(parents=True)
+    (folder / "stops").mkdir()
+    for name in ("video.mkv", "plane.png", "stops/robot.csv"):
+        (folder / name).touch()
+    (folder / recording.NAME).write_text(yaml.safe_dump(entries), encoding="utf-8")
+    return folder
+
+
+def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
+    found = recording.read(write(tmp_path / "one", ENTRIES))
+    assert found.entries.synthetic is False
+    assert found.entries.gripper.direction == 1
+    assert found.entries.camera.rolling_shutter == 0.0
+    assert found.video == tmp_path / "one" / "video.mkv"
+    assert found.robot_log is None
+    assert found.timestamps is None
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "key", "words"),
+    [
+        ("gripper.hight", 0.1, "gripper.hight", "did you mean height"),
+        ("gripper.flat_end", 1e300, "gripper.flat_end", "from -1000 to 1000 m"),
+        ("gripper.height", -0.1, "gripper.height", "greater than 0 m"),
+        ("gripper.height", 12.0, "gripper.height", "less than strip.length = 0.3 m; the unit is m: is a decimal"),
+        ("gripper.height", float("nan"), "gripper.height", "a number"),
+        ("gripper.height", "9e-2", "gripper.height", "unless it has a point"),
+        ("gripper.direction", 0, "gripper.direction", "one of 1, -1"),
+        ("gripper.marker", None, "gripper.marker", "is missing"),
+        ("gripper.template", {"box": [1, 2, 30, 40], "offset": [0.0, 0.0]}, "gripper.marker", "not both"),
+        ("gripper.marker.offset", [0.0], "gripper.marker.offset", "2 entries"),
+        ("gripper.marker.offset", [0.0, -32.0], "gripper.marker.offset[1]", "from -1 to 1 m"),
+        ("gripper.marker.dictionary", "7x7", "gripper.marker.dictionary", "apriltag_36h11"),
+        ("strip.eta_b", 0.1, "strip.eta_b", "it is 0.0894 L*"),
+        ("strip.eta_b_interval", [4000.0, 5000.0], "strip.eta_b_interval", "around eta_b = 3780"),
+        ("strip.friction_moment", 0.01, "strip.rho_a", "is missing"),
+        ("strip.hysteresis", 0.01, "strip.hysteresis", "is now called friction_moment (M_0, N)"),
+        ("strip.eta_b", None, "strip.eta_b", "is missing"),
+        ("camera.images", None, "camera.images", "give intrinsics instead"),
+        ("camera.intrinsics", "plane.png", "camera.intrinsics", "nothing together with images"),
+        ("plane.board.marker", None, "plane.board.marker", "is missing"),
+        ("camera.board.marker", 0.02, "camera.board.marker", "of a ChArUco board only"),
+        ("plane.board.type", "circles", "plane.board.type", "chessboard, charuco"),
+        ("video", "film.mp4", "video", "an existing file"),
+        ("video", "../film.mp4", "video", "inside the recording"),
+        ("video", "/film.mp4", "video", "inside the recording"),
+        ("video", "camera", "timestamps", "beside a folder of frames"),
+    ],
+)
+def test_error_names_the_entry(tmp_path: Path, path: str, value: Any, key: str, words: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        recording.read(write(tmp_path / "one", entries_with(path, value)))
+    assert caught.value.key == key
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        recording.NAME,
+        recording.ManualOnset.file_name,
+        "video.mkv",
+        "camera/1.png",
+        "stops/robot.csv",
+        "plane.png",
+        "result",
+    ],
+)
+def test_a_link_out_of_the_folder_is_refused_and_not_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    folder = write(tmp_path / "one", ENTRIES)
+    other = write(tmp_path / "other", ENTRIES) / name
+    secret = "key: [secret" if name.endswith(".yaml") else "secret"
+    other.mkdir() if name == "result" else other.write_text(secret)
+    (folder / name).unlink(missing_ok=True)
+    (folder / name).symlink_to(other)
+    assert main(["measure", str(folder)]) == 2
+    said = capsys.readouterr().err
+    assert "a path inside the recording's folder, and no link out of it" in said
+    assert "secret" not in said
+
+
+def test_folder_without_a_recording_is_refused(tmp_path: Path) -> None:
+    for folder in (tmp_path, tmp_path / "missing"):
+        with pytest.raises(InvalidInputError, match=r"a folder with a recording\.yaml"):
+            recording.read(folder)
+
+
+@pytest.mark.parametrize(("key", "value"), [("event_time", 1e300), ("sd", 1e300), ("sd", 0.0)])
+def test_impossible_onset_by_hand(tmp_path: Path, key: str, value: float) -> None:
+    folder = write(tmp_path / "one", ENTRIES)
+    onset = {"event_time": 1.5, "sd": 0.01, "reason": "seen"} | {key: value}
+    (folder / recording.ManualOnset.file_name).write_text(yaml.safe_dump(onset), encoding="utf-8")
+    with pytest.raises(InvalidInputError) as caught:
+        recording.read(folder)
+    assert caught.value.key == f"manual_onset.yaml.{key}"
+
 
 Made = tuple[Recording, Calibration, Tracks]
 
@@ -51,7 +194,7 @@ def snapping(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 
 @pytest.fixture(scope="module")
-def found(snapping: Made) -> Measurement:
+def found(snapping: Made) -> RecordingMeasurement:
     return measure.evaluate(*snapping, None)
 
 
@@ -77,7 +220,7 @@ def some_frames(tracks: Tracks, keep: Mask) -> Tracks:
     return replace(tracks, timing=timing, gripper=gripper, **{name: getattr(tracks, name)[keep] for name in names})
 
 
-def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurement):
+def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: RecordingMeasurement):
     onset, event = event_of(snapping[0].folder)
     assert found.snapped
     assert found.event == pytest.approx(event, abs=5e-4)
@@ -89,17 +232,17 @@ def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurem
     assert found.clock.offset == pytest.approx(0.3, abs=0.02)
 
 
-def test_a_measurement_goes_through_pickle(found: Measurement):
-    result = RecordingMeasurement(found)
+def test_a_measurement_goes_through_pickle(found: RecordingMeasurement):
+    result = found
     for again in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
         assert again == result
-    assert result != RecordingMeasurement(replace(found, event=found.event + 1e-3))
+    assert result != replace(found, event=found.event + 1e-3)
     assert len(repr(result)) < 200
     with pytest.raises(TypeError, match="unhashable"):
         hash(result)
 
 
-def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: Measurement):
+def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: RecordingMeasurement):
     flat_end = snapping[0].entries.gripper.flat_end
     moved = evaluated(snapping, gripper={"flat_end": flat_end + 0.01})
     assert moved.event == pytest.approx(found.event - 0.01)
@@ -109,12 +252,12 @@ def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snappin
     assert other.event == pytest.approx(found.by_video)
 
 
-def test_manual_onset_is_used_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
+def test_manual_onset_is_used_and_recorded(snapping: Made, found: RecordingMeasurement, tmp_path: Path):
     manual = ManualOnset(event_time=found.event_time - 0.2, sd=0.05, reason="the loop is hidden")
     by_hand = evaluated(snapping, manual=manual)
     assert by_hand.event == pytest.approx(found.event - 0.2 * found.speed, abs=1e-4)
     assert by_hand.parts["manual"] == pytest.approx(0.05 * found.speed, rel=0.05)
-    assert RecordingMeasurement(by_hand).to_dataset().attrs["manual_onset"] == "the loop is hidden"
+    assert by_hand.to_dataset().attrs["manual_onset"] == "the loop is hidden"
     with pytest.raises(MeasurementError, match="a time within the film"):
         evaluated(snapping, manual=ManualOnset(event_time=99.0, sd=0.05, reason="typing error"))
     asked = Recording(tmp_path, snapping[0].entries)
@@ -156,7 +299,7 @@ def test_truncated_film_is_refused(snapping: Made, tmp_path: Path):
         track(Recording(folder, snapping[0].entries), snapping[1])
 
 
-def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement):
+def test_drift_and_missing_frames_are_flagged(snapping: Made, found: RecordingMeasurement):
     tracks = snapping[2]
     end = tracks.gripped_end + np.linspace(0.0, 4e-3, len(tracks.gripped_end))[:, None] * [0.0, 1.0]
     assert any("height drifts" in flag.text for flag in evaluated(snapping, replace(tracks, gripped_end=end)).flags)
@@ -177,7 +320,7 @@ def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     end[:, 0] = np.minimum(end[:, 0], end[-8, 0])
     stopped = evaluated(snapping, replace(early, gripped_end=end), robot_log=None)
     assert not any("the gripper moves at" in flag for flag in stopped.flags)
-    assert "level of the onset" not in {text.get_text() for text in measurement_figure.draw(stopped).axes[2].texts}
+    assert "level of the onset" not in {text.get_text() for text in report.figure_of(stopped).axes[2].texts}
 
 
 def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
@@ -189,21 +332,13 @@ def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
         evaluated(longer, late, robot_log=None)
 
 
-def test_frames_of_another_size_than_the_calibration_are_refused(snapping: Made):
-    asked, calibration, _ = snapping
-    mapping = calibration.mapping
-    other = replace(mapping, camera=replace(mapping.camera, size=(320, 200)))
-    with pytest.raises(MeasurementError, match=r"frames of 320 x 240 pixels; needed is 320 x 200"):
-        track(asked, replace(calibration, mapping=other))
-
-
-def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
-    data = RecordingMeasurement(found).to_dataset()
+def test_dataset_and_report_hold_the_result(found: RecordingMeasurement, tmp_path: Path):
+    data = found.to_dataset()
     store.write(data, tmp_path / "measured.nc", title="test")
     with xr.open_dataset(tmp_path / "measured.nc") as stored:
         assert float(stored["lambda_event"]) == found.event
         assert stored.attrs["synthetic"] == 1
-    page = report.html(replace(found, flags=(measurement.Flag("warning", "first"), measurement.Flag("note", "second"))))
+    page = report.html(replace(found, flags=(measure.Flag("warning", "first"), measure.Flag("note", "second"))))
     low, high = found.interval
     for text in (
         "SYNTHETIC",
@@ -219,12 +354,6 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
     assert "<script" not in page
 
 
-def test_title_is_escaped_in_the_page(snapping: Made):
-    page = report.html(evaluated(snapping, title="<b>bold</b>"))
-    assert "<b>bold</b>" not in page
-    assert "&lt;b&gt;bold" in page
-
-
 def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made, capsys: pytest.CaptureFixture[str]):
     assert cli.main(["measure", str(tmp_path)]) == 2
     assert "recording.yaml" in capsys.readouterr().err
@@ -238,16 +367,16 @@ def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made,
     assert not (folder / "result").exists()
 
 
-def test_a_camera_that_moved_is_named(snapping: Made, found: Measurement):
+def test_a_camera_that_moved_is_named(snapping: Made, found: RecordingMeasurement):
     """As a warning beside the value, and as the cause of an error."""
     assert found.tracks.camera.problem == ""
     np.testing.assert_allclose(found.tracks.camera[:2], 0.0, atol=0.3)
     moved = replace(snapping[2], camera=Shift(6.0, 0.0, True))
-    assert evaluated(snapping, moved).flags[0].severity == measurement.WARNING
+    assert evaluated(snapping, moved).flags[0].severity == measure.WARNING
     assert "the camera moved by 6.0 px" in evaluated(snapping, moved).flags[0].text
     with pytest.raises(MeasurementError, match=r"moved by 6\.0 px .*, and gripper\.height"):
         evaluated(snapping, moved, gripper={"height": 0.12})
     unknown = replace(snapping[2], camera=Shift(np.nan, 0.0, False))
     # What moves without mechanics, as here, has no shape of a strip.
     told = [flag for flag in evaluated(snapping, unknown).flags if "shapes" not in flag.text]
-    assert [flag.severity for flag in told] == [measurement.NOTE]
+    assert [flag.severity for flag in told] == [measure.NOTE]

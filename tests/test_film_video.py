@@ -6,7 +6,6 @@ import os
 import random
 import struct
 import sys
-import tracemalloc
 from fractions import Fraction
 from pathlib import Path
 
@@ -17,11 +16,17 @@ import pytest
 
 from filmed import CONTAINERS, landscape, write_video
 from stripfold.base.errors import InvalidInputError
-from stripfold.film import video
+from stripfold.film import (
+    video,
+)
 
 BASE = Fraction(1, 600)
+
+
 STAMPS = [0, 20, 41, 60, 80, 140, 160, 181, 200, 220]
 """In units of BASE, with jitter and two dropped frames."""
+
+
 IMAGES = [landscape(seed) for seed in range(len(STAMPS))]
 
 
@@ -94,12 +99,6 @@ def test_bad_tables_of_times(tmp_path: Path, rows: list[str], header: str, messa
         video.read_timestamps(table(tmp_path / "t.csv", rows, header))
 
 
-def test_a_table_that_is_no_file(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "t.csv")
-    with pytest.raises(InvalidInputError, match="not a file"):
-        video.read_timestamps(tmp_path / "t.csv")
-
-
 def test_doubled_frames(tmp_path: Path) -> None:
     shown = [IMAGES[k] for k in (0, 1, 1, 2, 3)]
     path = write_video(tmp_path / "d.mkv", "ffv1", shown, range(5), Fraction(1, 25))
@@ -124,17 +123,6 @@ def test_a_folder_of_frames(tmp_path: Path, suffix: str) -> None:
     (folder / "9.png").write_bytes(b"")
     with pytest.raises(InvalidInputError, match="pad the numbers with zeros"):
         video.read(folder, stamps)
-
-
-def test_frames_of_two_sizes(tmp_path: Path) -> None:
-    cv2.imwrite(str(tmp_path / "0.png"), IMAGES[0])
-    cv2.imwrite(str(tmp_path / "1.png"), IMAGES[1][:40])
-    stamps = table(tmp_path / "t.csv", ["0,0", "1,1"])
-    with pytest.raises(InvalidInputError, match="one size"):
-        list(video.read(tmp_path, stamps))
-
-
-# Unusable and malicious files
 
 
 def refused(path: Path, match: str) -> None:
@@ -255,19 +243,3 @@ def test_stopping_early_ends_the_decoder(films: dict[str, Path]) -> None:
     assert process.returncode is not None
     with pytest.raises(StopIteration):
         next(reader)
-
-
-def test_memory_does_not_grow(tmp_path: Path) -> None:
-    peaks = []
-    for count in (20, 80):
-        shown = [IMAGES[k % 10] for k in range(count)]
-        path = write_video(tmp_path / f"{count}.avi", "mjpeg", shown, range(count), Fraction(1, 30))
-        tracemalloc.start()
-        for _ in video.read(path):
-            pass
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    assert peaks[1] < peaks[0] + 2 * IMAGES[0].size
-
-
-# Timing
