@@ -1,4 +1,4 @@
-"""The workflow as its user meets it: a run that was ended midway goes on, and nothing half written counts as whole."""
+"""The workflow as its user meets it: a run that was ended midway goes on, and nothing half written is left."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stripfold.files import store
 
 ROOT = Path(__file__).resolve().parents[1]
 TARGET = "results/critical_points.nc"
-LINE = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile", "workflow/config/quick.yaml"]
+LINE = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile", "workflow/config/quick.yaml", "--"]
 
 
 @pytest.mark.slow
@@ -31,8 +31,8 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, number: signal.Signals) -> N
         run.stderr.read()
     assert run.returncode != 0
     assert not (clone / TARGET).exists()
-    subprocess.run([*LINE, "--unlock"], cwd=clone, check=True, capture_output=True)
-    done = subprocess.run([*LINE, "--rerun-incomplete", TARGET], cwd=clone, capture_output=True, text=True)
+    subprocess.run([*LINE[:-1], "--unlock"], cwd=clone, check=True, capture_output=True)
+    done = subprocess.run([*LINE[:-1], "--rerun-incomplete", "--", TARGET], cwd=clone, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     found = store.read(clone / TARGET)  # with its digest
     assert int((found["snap"] == 1).sum()) >= 4
