@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from stripfold.base.extras import MODULES
 from stripfold.base.version import version
+from stripfold.cli_commands import command
 from stripfold.cli_messages import Say
 from stripfold.files.json_output import as_json
 
@@ -31,8 +32,9 @@ class Finding(NamedTuple):
     needed: bool = True
 
 
+@command("versions, codecs and a small run: what is installed, and what is missing", lambda _: None)
 def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
-    """The findings, and 2 as the exit code where something is wrong that every command needs."""
+    """Say what is installed and what is missing, and solve one strip with two models."""
     found = []
     for finding in _findings():
         say(finding.name)
