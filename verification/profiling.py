@@ -26,7 +26,8 @@ from stripfold.elastica import _system as system
 from stripfold.elastica import critical_point
 from stripfold.elastica.state import State
 from stripfold.follow import contact_branch
-from stripfold.solve import compiled_step, continuation, dynamics, limit_point, newton
+from stripfold.solve import compiled_step, continuation, dynamics, newton
+from stripfold.solve import critical as solve_critical
 from stripfold.solve.linear import Band
 from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.model import Model
@@ -59,7 +60,7 @@ PARTS = (
     Part(newton, "solve", "Newton"),
     Part(continuation, "evaluate", "tangent and stability of a point"),
     Part(continuation, "step", "step of the continuation"),
-    Part(limit_point, "solve", "limit point"),
+    Part(solve_critical, "limit_point", "limit point"),
     Part(ContactMesh, "of", "planning of the mesh"),
     Part(Solid, "of", "mesh and model"),
     Part(Rod, "of", "mesh and model"),

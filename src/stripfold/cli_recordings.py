@@ -39,7 +39,7 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     asked = EtaRequest(**given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", str(arguments.picture), "this only together with image")
-    from stripfold.film.measured import EtaB
+    from stripfold.film.eta import EtaB
 
     found = EtaB.of(asked)
     draw(found, arguments.picture)
@@ -135,7 +135,7 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
     """Follow strip and gripper through a recording, find the snap, and estimate its uncertainty."""
     require("vision")
     from stripfold.files import store
-    from stripfold.film.measured import RecordingMeasurement
+    from stripfold.film.measure import RecordingMeasurement
     from stripfold.film.recording import inside
 
     folder = inside(Path(arguments.folder), "result", "output")

@@ -43,6 +43,7 @@ ENDS = {
     End.TOUCH: "first touch",
     End.REST: "rest after the fall: statics do not know the friction between the layers",
     End.LIFTED: End.LIFTED.value,
+    End.LAYERS: "layers meet above the floor: statics do not know that contact",
     End.PATH: "the gripper is above the held end",
 }
 """What ended a simulation, in words."""
