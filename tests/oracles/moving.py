@@ -8,6 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from oracles.dense import Dense
+from oracles.motions import WithoutMemory
 from stripfold.base.arrays import Array, Index
 from stripfold.solve.problem import FixedUnknowns
 
