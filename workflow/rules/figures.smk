@@ -35,7 +35,7 @@ STUDY_FIGURES = {
         ).split()
     },
     "fabrics": ["fabrics", "friction_margin"],
-    "fall_precision": ["fall_accuracy"],
+    "fall_precision": ["falls"],
     "rod": ["models"],
     "friction_delay": ["friction_delay", "fabrics", "friction"],
     "friction_touch": ["friction_touch", "fabrics"],

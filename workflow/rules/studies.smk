@@ -3,7 +3,7 @@
 TIMED = {
     "accuracy",
     "benchmark",
-    "fall_accuracy",
+    "falls",
     "folding_plans",
     "order",
     "peers",
