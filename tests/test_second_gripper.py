@@ -15,13 +15,14 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.files import store
-from stripfold.follow.static import End, StripModel, XRun
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End, Track
 from stripfold.strip.problem import AlongX, TwoGrippers
 
 ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]
 
 
-def advance(run: XRun, free: float) -> float:
+def advance(run: Track, free: float) -> float:
     """The advance with this free length: the elastica of two spans, forces and lambda as parameters.
 
     A span is angle, curvature, X and Z over the arc length, from lift-off to the held place and from there on.

@@ -22,7 +22,8 @@ from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
-from stripfold.follow.static import LAMBDA_TOLERANCE, End, StripModel
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
+from stripfold.follow.track import End
 from verification.common import Progress, attempted, command, dataset, grid, markdown_table, timed, timed_process
 from verification.numbers import Facts, Number
 

@@ -25,7 +25,7 @@ from stripfold.draw.colours import BLACK, GREY
 from stripfold.draw.style import figure, styled, text_at
 from stripfold.elastica.barrier import BistableRange
 from stripfold.follow import contact_branch, contact_events
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from verification.common import Progress, dataset, grid
 from verification.numbers import Facts, Number
 

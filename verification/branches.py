@@ -19,7 +19,8 @@ from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.follow.contact_branch import BranchPoint
-from stripfold.follow.static import End, StripModel, XRun, solve_height
+from stripfold.follow.statics import StripModel, solve_height
+from stripfold.follow.track import End, Track
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, seed_of
 
@@ -98,12 +99,13 @@ def case(number: int, compared: int, seed: int, refinement: float, eta_m: float)
     }
 
 
-def spurious(run: XRun, strip: StripModel, height: float, refinement: float) -> int:
+def spurious(run: Track, strip: StripModel, height: float, refinement: float) -> int:
     """Number of maxima of lambda that the branch on another mesh does not have: its last ones are computed first."""
-    there = maxima(from_near_the_end(strip, ElasticaPrediction.at(height), refinement).points)
-    if lacking(maxima(run.points), there):
-        there = maxima(solve_height(strip, height, refinement, PAST).points)
-    return lacking(maxima(run.points), there)
+    there = maxima(from_near_the_end(strip, ElasticaPrediction.at(height), refinement).branch)
+    if lacking(maxima((*run.branch, *run.beyond)), there):
+        again = solve_height(strip, height, refinement, PAST)
+        there = maxima((*again.branch, *again.beyond))
+    return lacking(maxima((*run.branch, *run.beyond)), there)
 
 
 def lacking(found: Array, there: Array) -> int:

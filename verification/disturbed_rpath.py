@@ -22,7 +22,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError, SolveError
 from stripfold.draw.colours import LYING
 from stripfold.draw.style import figure, legend_above, styled
-from stripfold.follow.path_friction import Step
+from stripfold.follow.contact_branch import BranchPoint
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
 from verification.common import Progress, dataset, grid
@@ -87,7 +87,7 @@ def vibrated(case: Case, path: GripperPath, moment: float, vibration: Sequence[f
 
     Raises SolveError: the strip is lost before ``start``, or does not touch.
     """
-    steps: list[Step] = []
+    steps: list[BranchPoint] = []
     for step in statics(case, path, moment):
         steps = [*steps[-1:], step]
         if step.lam >= start:

@@ -21,7 +21,7 @@ from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.statics import StripModel, solve_height
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
@@ -143,7 +143,7 @@ def hanging(length: float, thickness: float, elements: int, gravity: float) -> t
     model = Solid.of(length, thickness, elements=elements)
     straight = np.stack([np.zeros_like(model.s), -model.s], axis=1)
     q = model.unknowns_of(straight, np.full(len(model.s), -np.pi / 2.0))
-    clamp = model.mesh.unknowns[0].ravel()
+    clamp = model.unknowns[0].ravel()
     problem = HeldStrip(model, clamp, q[clamp], np.zeros(len(clamp)), gravity)
     return problem, newton.solve(problem, q, 0.0, problem.bounded).q
 
@@ -211,7 +211,7 @@ def run(
         raise SolveError(f"no critical state to fall from: {static.end.reason}")
 
     # It begins at the last, unstable equilibrium; the lying part stays held: no contact changes.
-    problem, point = static.points[-1].problem.on_mesh(static.points[-1].point)
+    problem, point = static.beyond[-1].problem.on_mesh(static.beyond[-1].point)
     held = np.concatenate([problem.prescribed, point.active])
     strip = HeldStrip(problem.model, held, point.q[held], np.zeros(len(held)))
     first = dynamics.start(strip, point.q, SWING * falling(problem, point), 0.0, strip.bounded)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold.ask import collapse
+from stripfold.ask.collapse import INERTIA, SELF_CONTACT, SOLID
 from stripfold.ask.inputs import Simulation
-from stripfold.follow import collapse, needed_effects
-from stripfold.follow.needed_effects import INERTIA, SELF_CONTACT, SOLID
 from verification.common import NO_RESULT, Progress, dataset, grid, markdown_table
 from verification.numbers import Facts, Number
 
@@ -155,7 +155,7 @@ def facts(d: xr.Dataset) -> Facts:
     needed, idle = d.needed == 1.0, d.needed == 0.0
     # The effect's own clock is more precise than the difference of two runs, which is mostly noise of the machine.
     # The solid is a model, not an effect on one: it has no cost on the same model.
-    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != needed_effects.SOLID))
+    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != collapse.SOLID))
     lacking = needed & (d.matters == 1.0)
     largest = [(name, float(cost.sel(effect=name).max())) for name in d.effect.values]
     return {

@@ -20,9 +20,9 @@ from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, CRITICAL, GREY, GRIPPER, HANGING, TOUCHING
 from stripfold.draw.style import figure, styled, text_at
 from stripfold.follow import contact_branch
-from stripfold.follow.assess import assess_strip
 from stripfold.follow.contact_branch import STEPS, BranchPoint
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel, solve_height
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.problem import Point
 from tasks.assess_data import PATHS, path_of
@@ -98,17 +98,17 @@ def along_x(strip: StripModel, height: float, refinement: float) -> Found:
     run = solve_height(strip, height, refinement)
     if run.critical is None:
         raise SolveError(run.end.reason, parameter=run.lam)
-    points = [at.point for at in run.points if at.point.lam < run.lam and at.point.negatives == 0]
+    points = [at.point for at in run.branch if at.point.lam < run.lam and at.point.negatives == 0]
     return with_approach(points, run.critical, run.last, 90.0)
 
 
 def along_path(strip: StripModel, name: str, refinement: float) -> Found:
     """Along one of the paper's paths; raises SolveError where no state is critical."""
     found = assess_strip(strip, path_of(name, strip.length), None, refinement, options=OPTIONS)
-    if not found.events or found.segments[0].last is None:
+    if found.critical is None:
         raise SolveError(f"no critical point on the {name} path")
-    critical, last = found.events[0].found, found.segments[0].last
-    return with_approach(list(found.segments[0].points), critical, last, found.events[0].angle)
+    points = [at.point for at in found.branch]
+    return with_approach(points, found.critical, found.last, found.events[0].angle)
 
 
 def with_approach(points: list[Point], critical: CriticalPoint, last: BranchPoint, angle: float) -> Found:

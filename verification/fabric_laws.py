@@ -26,8 +26,9 @@ from stripfold.base.errors import LostStabilityError, SolveError
 from stripfold.base.material import GRAVITY
 from stripfold.files import tables
 from stripfold.follow.contact_branch import BranchPoint, from_elastica, from_flat
-from stripfold.follow.path_friction import load_incrementally_from, steps_on, with_effects
-from stripfold.follow.static import End, StripModel, to_the_end
+from stripfold.follow.memory import load_incrementally_from, steps_on, with_effects
+from stripfold.follow.statics import StripModel, to_the_end
+from stripfold.follow.track import End
 from stripfold.paths import rpath
 from stripfold.paths.curve import GripperPath
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature

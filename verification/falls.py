@@ -23,10 +23,10 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.draw.colours import GREEN, GREY, PINK
 from stripfold.draw.style import figure, legend_above, styled
-from stripfold.follow.collapse import to_critical_point
-from stripfold.follow.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall, state_at_rest
-from stripfold.follow.static import StripModel
-from stripfold.solve.linear import Band
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState, simulate_fall, state_at_rest, to_critical_point
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import Track
+from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepResult, StepStart, solve_step
 from verification.common import Progress, attempted, dataset, pooled
@@ -105,7 +105,7 @@ class GeneralisedAlpha:
         def acceleration(q: Array) -> Array:
             return (q - begin.q - dt * begin.v) / (beta * dt**2) - (0.5 / beta - 1.0) * begin.a
 
-        def evaluate(q: Array, predicted_stress: Any) -> tuple[Array, Band]:
+        def evaluate(q: Array, predicted_stress: Any) -> tuple[Array, Band | Sparse]:
             force, tangent, _ = problem.linearise(q, lam, predicted_stress)
             mean = (1.0 - alpha_m) * acceleration(q) + alpha_m * begin.a
             both = (1.0 - alpha_f) * force + alpha_f * force_0
@@ -137,7 +137,7 @@ def critical_state(length: float, thickness: float, model: Any, height: float, r
     return ReleaseState.at(to_critical_point(strip, height, refinement).last, refinement)
 
 
-def fallen(release: ReleaseState, fall: Fall, tolerance: float, scheme: str = USED) -> Motion:
+def fallen(release: ReleaseState, fall: Fall, tolerance: float, scheme: str = USED) -> Track:
     """A fall; raises SolveError where nothing touches."""
     motion = simulate_fall(release, fall, replace(TIME_OPTIONS, tolerance=tolerance), scheme=SCHEMES[scheme])
     if motion.touch is None:
@@ -150,14 +150,15 @@ def end_of(given: Mapping[str, float]) -> tuple[dict[str, float], Array]:
     strip = given["length"], given["thickness"], "solid", given["height"], given["refinement"]
     damping = Damping(given["air"], given["stiffness"])
     damped = damping != Damping()
-    motion = fallen(critical_state(*strip), Fall(given["disturbance"], 0.0, damping, damped), given["tolerance"])
-    problem, model, end = motion.problem, motion.problem.model, motion.states[-1]
+    release = critical_state(*strip)
+    motion = fallen(release, Fall(given["disturbance"], 0.0, damping, damped), given["tolerance"])
+    problem, model, end = release.problem, release.problem.model, motion.moments[-1]
     s = np.linspace(0.0, model.length, 400)
     return {
         "touch_x": motion.touch_x,
-        "minimal_gap": min(float(np.min(state.q[problem.bounded])) for state in motion.states),
+        "minimal_gap": min(float(np.min(state.q[problem.bounded])) for state in motion.moments),
         "closing": end.energy.closing,
-        "handed_over": model.largest_move(end.q, state_at_rest(problem, end).q) if damped else np.nan,
+        "handed_over": model.largest_move(end.q, state_at_rest(problem, end).point.q) if damped else np.nan,
     }, np.stack([np.interp(s, model.s, at) for at in model.mid_surface(end.q).T], axis=1)
 
 

@@ -22,8 +22,8 @@ from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.draw.colours import BLACK, FRICTION, GREY, SHADE
 from stripfold.draw.style import figure, styled
-from stripfold.follow.path_friction import load_incrementally
-from stripfold.follow.static import StripModel
+from stripfold.follow.memory import load_path
+from stripfold.follow.statics import StripModel
 from stripfold.paths.rpath import plan_r_path
 from verification.common import Progress, dataset, grid
 from verification.motion_with_friction import SNAP, TOUCH, Case, limit
@@ -49,10 +49,9 @@ def fold_height(case: Case, moment: float) -> float:
     """Height of the loop at the end of an R-path followed with friction."""
     strip = StripModel(FOLDED_LENGTH, case.thickness, kind="rod")
     mesh, path = strip.contact_mesh(memory=True), plan_r_path(strip.length).path
-    case, found = replace(case, yield_curvature=FOLD_YIELD), 0.0
-    for step in load_incrementally(mesh, path, lambda model, q: (case.friction(model, moment, q),), FOLD_STEP):
-        found = float(step.at.mid_surface(step.at.model.s)[:, 1].max())
-    return found
+    case = replace(case, yield_curvature=FOLD_YIELD)
+    last = load_path(mesh, path, lambda model, q: (case.friction(model, moment, q),), FOLD_STEP).last
+    return float(last.mid_surface(last.model.s)[:, 1].max())
 
 
 OF_MOTION = ("outcome", "lambda_end", "lambda_0", "sag_speed")

@@ -25,10 +25,11 @@ from stripfold.draw.style import figure, styled
 from stripfold.follow.contact import touch_position, touches
 from stripfold.follow.contact_branch import BranchPoint, from_elastica, solved
 from stripfold.follow.contact_events import clearance
-from stripfold.follow.moving_gripper import model_in_time, set_in_motion
-from stripfold.follow.path_friction import Step, load_incrementally_from, with_effects
-from stripfold.follow.release import TIME_OPTIONS
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import TIME_OPTIONS
+from stripfold.follow.memory import load_incrementally_from, with_effects
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import model_in_time, set_in_motion
+from stripfold.follow.track import on_mesh
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
@@ -36,7 +37,8 @@ from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip import contact_mesh
+from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
 from verification.common import Progress, dataset, grid
@@ -65,12 +67,12 @@ def first_touch(case: Case, path: GripperPath, moment: float) -> tuple[float, fl
     Raises SolveError: a state could not be computed, or the strip does not touch; TimeStepError: the fall could not be
     followed.
     """
-    steps: list[Step] = []
+    steps: list[BranchPoint] = []
     try:
         for step in statics(case, path, moment):
             steps = [*steps[-1:], step]
             if step.touches:
-                problem, point = step.on_mesh
+                problem, point = on_mesh(step)
                 return touch_position(problem.model, point), LAID
     except LostStabilityError:
         before, last = steps
@@ -78,7 +80,7 @@ def first_touch(case: Case, path: GripperPath, moment: float) -> tuple[float, fl
     raise SolveError("the strip is followed to the path's end without a touch")
 
 
-def statics(case: Case, path: GripperPath, moment: float) -> Iterator[Step]:
+def statics(case: Case, path: GripperPath, moment: float) -> Iterator[BranchPoint]:
     """Steps along a path from :data:`FIRST_HEIGHT` on, shorter where the sag is low.
 
     Raises LostStabilityError: the strip did not follow; SolveError: a state could not be computed.
@@ -97,7 +99,7 @@ def statics(case: Case, path: GripperPath, moment: float) -> Iterator[Step]:
                 yield motion, travelled
 
     for step in load_incrementally_from(at, places()):
-        low = clearance(step.at.problem, step.at.point.q)[0] < NEAR
+        low = clearance(step.problem, step.point.q)[0] < NEAR
         yield step
 
 
@@ -112,7 +114,7 @@ def _first(case: Case, path: GripperPath) -> BranchPoint:
         start = min(branch, key=lambda state: abs(state.advance - lam))
     strip = StripModel(case.length, case.thickness, kind="rod")
     longest = np.array([LONGEST_FREE * case.length])
-    mesh = Kept.of(case.length, Topology.LYING, longest, SIZES.scaled(case.refinement), strip.model)
+    mesh = Kept.of(case.length, contact_mesh.LYING, longest, SIZES.scaled(case.refinement), strip.model)
 
     def kept(contact: Array) -> ContactMesh:
         return replace(mesh, planned=contact, model=mesh.at(contact))
@@ -132,7 +134,7 @@ def _at_height(piece: Piece) -> float:
     return high
 
 
-def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Drive) -> float:
+def in_time(case: Case, path: GripperPath, before: BranchPoint, last: BranchPoint, drive: Drive) -> float:
     """x of the first touch of a strip in motion, from two static states; ``drive`` begins at the last.
 
     Raises SolveError: the strip does not touch; TimeStepError: the motion could not be followed.

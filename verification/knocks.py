@@ -21,7 +21,7 @@ from stripfold.base.errors import SolveError
 from stripfold.follow import contact_branch
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState

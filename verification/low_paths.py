@@ -21,15 +21,13 @@ from numpy.typing import NDArray
 from plots.pieces import entry, note
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, styled
-from stripfold.follow.assess import BUMP, assess_strip, peak_forces, shape_error, size_of_fall
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.path_in_time import follow_in_time
-from stripfold.follow.path_statics import MOVING, follow
-from stripfold.follow.release import Fall, ReleaseState, simulate_fall
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import Fall, ReleaseState, assess_strip, simulate_fall
+from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.time import dissipated, follow_in_time
+from stripfold.follow.track import BUMP, peak_forces, shape_error, size_of_fall
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
@@ -69,8 +67,8 @@ def snap_energy(strip: StripModel, damping: Damping) -> float:
     found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
     if found.critical is None:
         return np.nan
-    motion = simulate_fall(ReleaseState.at(found.last or found.states[-1]), Fall(damping=damping))
-    return size_of_fall(found.states[-1], motion)[1]
+    motion = simulate_fall(ReleaseState.at(found.points[-1]), Fall(damping=damping))
+    return size_of_fall(found.states[-1], motion.states)[1]
 
 
 def run(
@@ -185,15 +183,13 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
     Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
     """
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
-    if found.contact != MOVING:
-        raise SolveError(found.segments[-1].nodal)
     if not found.stable:
         return LIMITED, dict.fromkeys(VALUES, np.nan)
     grip, hold = peak_forces(found.states)
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]
-    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.last))
-    error = shape_error(*found.last, plan_r_path(strip.length))
+    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
+    error = shape_error(*found.states[-1], plan_r_path(strip.length))
     return STABLE, {"grip": grip, "hold": hold, "slide": float(rest - first), "error": error}
 
 
@@ -207,11 +203,11 @@ def in_time(at: tuple[tuple[float, float], float], length: float, thickness: flo
     found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
     grip, hold = peak_forces(found.states)
     return {
-        "kinetic": max(state.energy.kinetic for _, state in found.states),
+        "kinetic": max(state.energy.kinetic for state in found.moments),
         "grip": grip,
         "hold": hold,
-        "error": shape_error(found.problem, found.last, plan_r_path(length)),
-        "dissipated": float(found.dissipated[-1]),
+        "error": shape_error(*found.states[-1], plan_r_path(length)),
+        "dissipated": float(dissipated(found)[-1]),
     }
 
 

@@ -19,7 +19,8 @@ from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
 from stripfold.draw.colours import GREY
 from stripfold.draw.style import figure, legend_above, styled, text_at
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
 from verification.common import Progress, dataset, grid
 from verification.numbers import Facts, Number
 

@@ -18,10 +18,10 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError
 from stripfold.follow.contact_branch import BranchPoint, from_flat, solved
 from stripfold.follow.contact_events import clearance
-from stripfold.follow.path_friction import Step, load_incrementally_from
-from stripfold.follow.static import StripModel
+from stripfold.follow.memory import load_incrementally_from
+from stripfold.follow.statics import StripModel
 from stripfold.paths.curve import Interpolated
-from stripfold.strip.contact_mesh import ContactMesh, Sizes, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
 from stripfold.strip.effects import Hysteresis
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
@@ -88,22 +88,22 @@ def limit(case: Case, height: float, moment: float) -> tuple[float, float, float
     start = at.point.lam
     # lambda and the height of the sag, to extrapolate the touch.
     sags = [(start, np.inf)]
-    step: Step | None = None
+    step: BranchPoint | None = None
 
     def places() -> Iterator[tuple[Motion, float]]:
         yield at.problem.motion, start + NEAR * case.step
         while step is not None:
-            share = min(1.0, step.at.point.tangent.lam, sags[-1][1])
+            share = min(1.0, step.point.tangent.lam, sags[-1][1])
             yield at.problem.motion, step.lam + max(share, NEAR) * case.step
 
     try:
         for step in load_incrementally_from(at, places()):
             if step.touches:
                 return TOUCH, _touch(sags, step.lam), start, _speed(sags)
-            if step.at.contact[-1] > case.length - LEAST_LYING:
+            if step.contact[-1] > case.length - LEAST_LYING:
                 return LIFTED, step.lam, start, _speed(sags)
-            sags.append((step.lam, clearance(step.at.problem, step.at.point.q)[0]))
-            if sags[-1][1] < CLOSE and step.at.point.tangent.lam > RISING:
+            sags.append((step.lam, clearance(step.problem, step.point.q)[0]))
+            if sags[-1][1] < CLOSE and step.point.tangent.lam > RISING:
                 return TOUCH, _touch(sags, np.inf), start, _speed(sags)
     except LostStabilityError as error:
         return SNAP, float(error.parameter or np.nan), start, np.inf
@@ -142,7 +142,7 @@ def _lifting(case: Case, height: float) -> BranchPoint:
     """The strip at the first height, on elements planned for the critical state."""
     contact = np.array([elastica.critical(height).state.length])
     strip = StripModel(case.length, case.thickness, kind="rod")
-    mesh = Kept.of(case.length, Topology.LYING, contact, SIZES.scaled(case.refinement), strip.model)
+    mesh = Kept.of(case.length, LYING, contact, SIZES.scaled(case.refinement), strip.model)
     return from_flat(lambda _: mesh, Lift(), BEGIN[0])
 
 
@@ -162,5 +162,5 @@ def _onto(at: BranchPoint, motion: Motion, lam: float) -> BranchPoint:
 
 def _last(at: BranchPoint, motion: Motion, places: Sequence[float]) -> BranchPoint:
     for step in load_incrementally_from(at, ((motion, float(place)) for place in places)):
-        at = step.at
+        at = step
     return at

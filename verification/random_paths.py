@@ -18,9 +18,10 @@ from scipy.interpolate import PchipInterpolator
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.follow.assess import Assessment, assess_strip
 from stripfold.follow.contact_branch import STEPS
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import Track
 from stripfold.paths import table as user_table
 from stripfold.paths.curve import GripperPath, polygon_length
 from verification.common import Progress, attempted, pooled, table
@@ -141,18 +142,18 @@ def as_table(asked: Case) -> GripperPath:
         return user_table.read(path, asked.strip.length, 1.0)
 
 
-def _again(asked: Case, path: GripperPath, refinement: float) -> Assessment:
+def _again(asked: Case, path: GripperPath, refinement: float) -> Track:
     steps = replace(STEPS, first=SHORTER * STEPS.first, largest=SHORTER * STEPS.largest)
     return assess_strip(asked.strip, path, refinement=refinement * SHORTER**0.5, options=steps)
 
 
-def _at_the_touch(one: Assessment, other: Assessment) -> bool:
+def _at_the_touch(one: Track, other: Track) -> bool:
     """Whether one run touches where the other becomes critical: near the limit below which nothing snaps."""
     stable, critical = (one, other) if one.stable else (other, one)
     return stable.touch is not None and abs(stable.touch.travelled - critical.events[0].travelled) < SAME_PLACE
 
 
-def _first(found: Assessment) -> float:
+def _first(found: Track) -> float:
     return found.events[0].travelled if found.events else float("nan")
 
 

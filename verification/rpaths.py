@@ -16,8 +16,9 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.base.errors import SolveError
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
-from stripfold.follow.assess import BIFURCATION, assess_strip
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import BIFURCATION
 from stripfold.paths.rpath import plan_r_path
 from tasks.assess_data import off_the_boundary
 from tasks.friction import LAWS, smallest
@@ -45,13 +46,13 @@ def critical(refinement: float, length: float, thickness: float) -> dict[str, fl
 
     Raises SolveError: a part cannot be computed, or no state on the path is critical.
     """
-    strip = StripModel(length, thickness)
-    events = assess_strip(strip, plan_r_path(length).path, refinement=refinement).events
+    strip, path = StripModel(length, thickness), plan_r_path(length).path
+    events = assess_strip(strip, path, refinement=refinement).events
     if not events:
         raise SolveError("no critical point on the R-path")
     first = events[0]
-    x, z = first.place
-    off = off_the_boundary(strip, first, refinement)
+    x, z = place = path.position(first.travelled)
+    off = off_the_boundary(strip, place, refinement)
     return {"x": x, "z": z, "angle": first.angle, "boundary_error": off, "bifurcation": first.kind == BIFURCATION}
 
 
@@ -59,8 +60,8 @@ def needed(length: float, thickness: float, refinement: float, law: str, step: f
     """The smallest sufficient friction of the rod (a third of the cost); raises SolveError where none suffices."""
     plan = plan_r_path(length)
     mesh = StripModel(length, thickness, kind="rod").contact_mesh(refinement, memory=True)
-    fails, found = smallest(mesh, plan, law, step)
-    return {"fails": fails, "suffices": found.strength}
+    found = smallest(mesh, plan, law, step)
+    return {"fails": found.fails, "suffices": found.suffices}
 
 
 def run(

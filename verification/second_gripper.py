@@ -15,7 +15,7 @@ import xarray as xr
 
 from stripfold.ask.second_gripper import Unheld, before_snap, hold, stable_advance
 from stripfold.base.errors import SolveError
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from verification.common import Progress, dataset, pooled
 from verification.numbers import Facts, Number
 

@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask.gripper_map import GripperMap, gripper_map
+from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.stability_boundary import stability_boundary
 from stripfold.base.arrays import Array
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.paths.low_path import low
 from tasks.assess_data import PATHS, path_of
 from verification.common import Progress, command, dataset, timed_process

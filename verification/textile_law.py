@@ -15,8 +15,9 @@ from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError
 from stripfold.follow.contact_branch import BranchPoint, from_elastica, from_flat, solved, transferred
-from stripfold.follow.path_friction import load_incrementally_from, steps_on
-from stripfold.follow.static import End, StripModel, to_the_end
+from stripfold.follow.memory import load_incrementally_from, steps_on
+from stripfold.follow.statics import StripModel, to_the_end
+from stripfold.follow.track import End
 from stripfold.paths import rpath
 from stripfold.strip.effects import BendingLaw, MomentCurvature
 from stripfold.strip.moving_contact import MovingContact
@@ -66,7 +67,7 @@ def run(
             state = elastica.state_no_horizontal_force(z)
             first = from_elastica(strip.contact_mesh(refinement), AlongX(z), state.advance, state)
             found = to_the_end(bent(first, *laws[law]))
-            points = found.points[: -1 if found.critical else None]
+            points = found.branch
             bends, lams = np.array([largest(p) for p in points]), np.array([p.point.lam for p in points])
             left = leaves(lams, bends, curvature[-1])
             row = (found.lam, found.free_length, bends[-1], left, found.end is End.SNAP)
@@ -125,7 +126,7 @@ def followed(first: BranchPoint, places: Iterable[tuple[Motion, float]]) -> tupl
     try:
         for step in load_incrementally_from(first, places):
             lams.append(step.lam)
-            bends.append(largest(step.at))
+            bends.append(largest(step))
             if step.touches:
                 break
         lost = lams[-1]

@@ -15,7 +15,7 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import CrushedError, InvalidInputError, NewtonError, SolveError
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 from verification.common import Progress, markdown_table, pooled, table

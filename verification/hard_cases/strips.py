@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
-from stripfold.follow.static import End, StripModel, XRun, along_x, at_lambda, lift, solve_height, start_along_x
+from stripfold.follow.statics import StripModel, along_x, at_lambda, lift, solve_height, start_along_x
+from stripfold.follow.track import End, Track
 from stripfold.solve import newton
-from stripfold.solve.events import Event, never
+from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
 from verification.hard_cases.case import Finding, refined
 
@@ -36,8 +37,8 @@ FINE = 0.25
 """Refinement of the rod that is a reference."""
 
 
-def located(follow: Callable[[float], XRun], refinement: float) -> tuple[XRun, float]:
-    """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
+def located(follow: Callable[[float], Track], refinement: float) -> tuple[Track, float]:
+    """A run and the error estimate of its lambda, as :func:`.critical.find` has it; nan where the ends differ."""
     fine, coarse = follow(refinement), follow(2.0 * refinement)
     error = abs(fine.lam - coarse.lam) + fine.slack
     return fine, error if fine.end is coarse.end else nan
@@ -82,7 +83,7 @@ def thick(thickness: float, height: float, refinement: float) -> Finding:
     Lengths go with the cube root of the stiffness, at most that of the largest curvature.
     """
 
-    def across(number: int) -> tuple[XRun, float]:
+    def across(number: int) -> tuple[Track, float]:
         strip = StripModel(LENGTH, thickness, across=number)
         return located(lambda r: solve_height(strip, height, r), refinement)
 
@@ -142,7 +143,7 @@ def taut(refinement: float) -> Finding:
     # The elastica does not stretch.
     stretch = (truth.force_x + 0.5 * HEIGHT * free / strip.length) * strip.length * strip.thickness**2 / 12.0
     target = truth.advance - stretch
-    back = Event("target", lambda point, _: point.lam <= target, located=never)
+    back = Event("target", lambda point, _: point.lam <= target, tolerance=inf)
 
     def pull(refinement: float) -> float:
         start = start_along_x(_lifted(strip, HEIGHT, refinement), HEIGHT, -1.0)

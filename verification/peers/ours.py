@@ -12,7 +12,7 @@ from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.arrays import Array
 from stripfold.follow.contact_branch import from_elastica
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
 from stripfold.strip.problem import AlongX
 
 Line = tuple[Array, Array]

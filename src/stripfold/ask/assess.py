@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from functools import partial
-from itertools import accumulate
 from math import isfinite, isnan, nan
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import PathInputs, Release
 from stripfold.ask.second_on_path import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
@@ -21,33 +21,28 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
-from stripfold.base.percent import Percent
+from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
-from stripfold.follow.assess import (
+from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.fall import Fall, assess_strip
+from stripfold.follow.memory import STEP, effects_of, load_path
+from stripfold.follow.statics import StripModel, remeshed
+from stripfold.follow.time import follow_in_time
+from stripfold.follow.track import (
     BUMP,
-    SNAP,
-    Assessment,
-    Followed,
-    assess_strip,
+    StripState,
+    Track,
+    first_landing,
     lying_length,
+    mid_surfaces,
     peak_forces,
     peak_push,
     peak_speed,
     shape_error,
     size_of_fall,
 )
-from stripfold.follow.collapse import in_solver_units
-from stripfold.follow.contact import touch_position, touches
-from stripfold.follow.contact_branch import STEPS
-from stripfold.follow.contact_set import from_nodes
-from stripfold.follow.path_friction import STEP, Effects, Step, effects_of, load_incrementally, until_lost
-from stripfold.follow.path_in_time import follow_in_time
-from stripfold.follow.path_statics import MOVING, NODAL
-from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
-from stripfold.follow.release import Fall, Motion
-from stripfold.follow.static import StripModel
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import HalfFold, half_fold
@@ -144,8 +139,8 @@ class PathAssessment(Result):
     second_gripper: SecondOnPath | None
     path: FoldPath
     asked: PathInputs
-    states: tuple[Followed, ...] = field(repr=False)
-    falls: tuple[tuple[int, Motion], ...] = field(repr=False)
+    states: tuple[StripState, ...] = field(repr=False)
+    falls: tuple[tuple[int, tuple[StripState, ...]], ...] = field(repr=False)
     title = "a gripper path assessed"
     shown = ("stable", "folded", "touch_x", "touch_error")
 
@@ -251,12 +246,12 @@ class PathAssessment(Result):
         flags = {name: int(value) for name, value in found.items() if isinstance(value, bool)}
         return schema.dataset(values, flags | {name: said for name, said in found.items() if isinstance(said, str)})
 
-    def _mid_surfaces(self, states: Sequence[Followed] | None = None) -> Array:
+    def _mid_surfaces(self, states: Sequence[StripState] | None = None) -> Array:
         """Shape (states, nodes, 2), m."""
         unit = self.asked.gravity_length
         arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
         states = self.states if states is None else states
-        return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in states])
+        return unit * mid_surfaces(states, arc)
 
     def plot(self) -> Figure:
         """Draw the strip along the path; critical points are crosses, states after a fall green."""
@@ -284,7 +279,7 @@ class PathAssessment(Result):
             first = self.falls[0][0]
             ordered[first:] = [(AFTER, state) for _, state in ordered[first:]]
         for before, motion in reversed(self.falls):
-            ordered[before:before] = [(FALL, (motion.problem, state)) for state in motion.states]
+            ordered[before:before] = [(FALL, state) for state in motion]
         phase, states = (list(part) for part in zip(*ordered, strict=True))
         second = self.asked.material.scales["s"]
         followed = readers.Followed(
@@ -309,23 +304,10 @@ class Marks(NamedTuple):
     touch: float
     failed: bool = False
 
-
-class _Run(NamedTuple):
-    """A path followed on one mesh, in L*: critical points with what the strip did there, x of the first touch, states.
-
-    ``falls``: each with the number of states before it.
-    """
-
-    events: list[dict[str, Any]]
-    touch: float
-    states: Sequence[Followed]
-    falls: tuple[tuple[int, Motion], ...] = ()
-    contact: str = MOVING
-    failure: SolveError | None = None
-
-    @property
-    def marks(self) -> Marks:
-        return Marks(tuple(event["travelled"] for event in self.events), self.touch, self.failure is not None)
+    @classmethod
+    def of(cls, found: Track) -> Marks:
+        """Take them from what was followed."""
+        return cls(tuple(event.travelled for event in found.events), found.touch_x, found.failure is not None)
 
 
 def assess(
@@ -349,12 +331,11 @@ def assess(
     curve = path.curve.scaled(1.0 / unit)
     strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
-    again: Callable[[], Marks]
+    again: Callable[[], Track]
     if asked.friction_moment is None and asked.pull is None:
         fall = in_solver_units(Release(), material) if asked.fall else None
-        followed = assess_strip(strip, curve, fall, refinement, progress)
-        run = _along_branch(followed, material)
-        again = partial(_again, followed, strip, fall, COARSER * refinement)
+        found = assess_strip(strip, curve, fall, refinement, progress)
+        again = partial(_again, found, strip, curve, fall, COARSER * refinement)
     else:
         if asked.step is not None and not 0.0 < asked.step <= unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
@@ -362,26 +343,22 @@ def assess(
         size = min(STEP, curve.length) if asked.step is None else asked.step / unit
         law = ("pull", asked.pull * unit / material.gravity) if asked.pull is not None else ("hysteresis", moment)
         effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
-        stepped = partial(_with_friction, strip, curve, effects, size)
-        run = stepped(refinement, progress)
-
-        def again() -> Marks:
-            return stepped(COARSER * refinement, None).marks
-
-    here = run.marks
+        found = load_path(strip.contact_mesh(refinement, memory=True), curve, effects, size, progress)
+        again = partial(load_path, strip.contact_mesh(COARSER * refinement, memory=True), curve, effects, size)
+    here = Marks.of(found)
     changes, touch_change, dependence = mesh_change(here, _on_another_mesh(again, progress) if compare else here)
+    events, failure = _events(found, material), found.failure
     if asked.layer_friction is not None:
-        if not isnan(run.touch):  # these statics know no friction between the layers
-            run = run._replace(events=[])
+        if found.touch is not None:  # these statics know no friction between the layers
+            events = []
         damping = in_solver_units(Release(), material).damping
         try:
-            moved = follow_in_time(
+            found = follow_in_time(
                 strip, curve, asked.layer_friction, moment, damping=damping, refinement=refinement, progress=progress
             )
         except SolveError as error:
-            run = run._replace(failure=error)
+            failure = error
         else:
-            run = run._replace(states=moved.states, touch=moved.touch_x, contact=NODAL, falls=())
             touch_change = nan  # of the motion in time there is one run
     second = None
     if asked.second_gripper is not None:
@@ -391,22 +368,23 @@ def assess(
     fold, fold_line = _fold(folded_length), 0.5 * (folded_length - strip.length)
     planned, landing = (fold.first_touch, fold.landing) if fold else (nan, nan)
     planned, landing = planned + fold_line, landing + fold_line
-    problem, last = run.states[-1]
+    states = found.static or found.states
+    problem, last = states[-1]
     completed = abs(last.lam - curve.length) < 1e-6
     end = np.array([fold_line + folded_length / 2.0, 0.0])
     end_error = float(np.linalg.norm(curve.position(last.lam) - end))
     in_place = completed and end_error <= largest_miss(strip.length, unit)
     distance = shape_error(problem, last, fold) if fold and in_place else nan
-    peak_force, peak_hold = peak_forces(run.states)
-    push, push_z = peak_push(run.states)
+    peak_force, peak_hold = peak_forces(states)
+    push, push_z = peak_push(states)
     return PathAssessment(
-        stable=not run.events,
+        stable=not events,
         critical=tuple(
-            _event_in_si(event, curve, unit, change) for event, change in zip(run.events, changes, strict=False)
+            _event_in_si(event, curve, unit, change) for event, change in zip(events, changes, strict=False)
         ),
-        touch_x=unit * run.touch,
+        touch_x=unit * found.touch_x,
         planned_touch_x=unit * planned,
-        touch_error=unit * (run.touch - planned),
+        touch_error=unit * (found.touch_x - planned),
         landing_x=unit * landing,
         shape_error=unit * distance,
         lying_length=unit * lying_length(problem, last),
@@ -418,61 +396,42 @@ def assess(
         folded=bool(distance <= folded_loop().height),
         end_error=unit * end_error,
         completed=completed,
-        contact=run.contact,
-        failure="" if run.failure is None else material.in_si(" ".join(str(run.failure).split())),
+        contact=found.contact,
+        failure="" if failure is None else material.in_si(" ".join(str(failure).split())),
         touch_change=unit * touch_change,
         mesh_dependence=material.in_si(dependence),
         seconds=perf_counter() - began,
         second_gripper=second,
         path=path,
         asked=asked,
-        states=tuple(run.states),
-        falls=run.falls,
+        states=states,
+        falls=_falls(found),
     )
 
 
-def _along_branch(found: Assessment, material: Material) -> _Run:
+def _events(found: Track, material: Material) -> list[dict[str, Any]]:
     """Say what the strip did at each critical point, and how large the fall from there was, in SI."""
-    events = []
+    events, scales = [], material.scales
     for number, event in enumerate(found.events):
         given: dict[str, Any] = {"travelled": event.travelled, "kind": event.kind, "angle": event.angle}
         given |= {"drop": nan, "energy": nan, "speed": nan, "outcome": NOT_FOLLOWED}
-        if number < len(found.motions):
-            motion = found.motions[number]
-            drop, energy = size_of_fall(found.segments[number].states[-1], motion)
-            scales = material.scales
+        if number < len(found.falls):
+            part = found.falls[number]
+            motion = found.states[part]
+            drop, energy = size_of_fall(found.states[part.start - 1], motion)
             given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy}
             given |= {"speed": scales["m s-1"] * peak_speed(motion)}
-            given["outcome"] = "at rest without a touch" if motion.touch is None else "fell to a touch"
-        elif number == len(found.motions) and found.failure is not None:
+            given["outcome"] = "at rest without a touch" if first_landing(motion) is None else "fell to a touch"
+        elif number == len(found.falls) and found.failure is not None:
             given["outcome"] = "the fall could not be followed to rest"
         events.append(given)
-    ends = accumulate(len(segment.states) for segment in found.segments)
-    falls = tuple(zip(ends, found.motions, strict=False))
-    return _Run(events, found.touch.x if found.touch else nan, found.states, falls, found.contact, found.failure)
+    return events
 
 
-def _with_friction(
-    strip: StripModel,
-    path: GripperPath,
-    effects: Effects,
-    size: float,
-    refinement: float,
-    progress: Progress | None,
-) -> _Run:
-    """Follow a path with friction in steps, to where the strip is lost, if it is."""
-    loaded = Percent(progress, "following the path with friction")
-
-    def told() -> Iterator[Step]:
-        for step in load_incrementally(strip.contact_mesh(refinement, memory=True), path, effects, size):
-            loaded(step.lam / path.length)
-            yield step
-
-    steps, lost = until_lost(told())
-    states = [step.on_mesh for step in steps]
-    touch = next((touch_position(p.model, point) for p, point in states if touches(p.model, point)), nan)
-    event = {"kind": SNAP, "angle": nan, "drop": nan, "energy": nan, "speed": nan, "outcome": NOT_FOLLOWED}
-    return _Run([] if lost is None else [{"travelled": lost, **event}], touch, states)
+def _falls(found: Track) -> tuple[tuple[int, tuple[StripState, ...]], ...]:
+    """Return the falls, each with the number of static states before it."""
+    static = [phase != FALL for phase in found.phases]
+    return tuple((sum(static[: part.start]), found.states[part]) for part in found.falls)
 
 
 def _event_in_si(event: Mapping[str, Any], path: GripperPath, unit: float, change: float) -> dict[str, Any]:
@@ -484,27 +443,25 @@ def _event_in_si(event: Mapping[str, Any], path: GripperPath, unit: float, chang
     return place | known | {"change": unit * change}
 
 
-def _again(found: Assessment, strip: StripModel, fall: Fall | None, refinement: float) -> Marks:
+def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Track:
     """Follow the path on another mesh, where it has a critical point from a step before the first event on."""
-    segment, first, piece = found.segments[0], None, 0
+    first, piece = None, 0
     if found.events:
         begin = min(event.travelled for event in (*found.events, found.touch) if event is not None) - STEPS.largest
-        near = [number for number, point in enumerate(segment.points) if point.lam < begin]
-        with suppress(SolveError):
-            if near:
-                first = from_nodes(strip.contact_mesh(refinement), *segment.states[near[-1]])
-                piece = segment.pieces[near[-1]]
-    other = assess_strip(strip, found.path, fall, refinement, first=first, piece=piece)
-    travelled = tuple(event.travelled for event in other.events)
-    return Marks(travelled, other.touch.x if other.touch else nan, other.failure is not None)
+        near = [number for number, at in enumerate(found.points[found.parts[0]]) if at.point.lam < begin]
+        if near and isinstance(at := found.points[near[-1]], BranchPoint):
+            with suppress(SolveError):
+                first = remeshed(at, strip.contact_mesh(refinement))
+                piece = found.pieces[near[-1]]
+    return assess_strip(strip, path, fall, refinement, first=first, piece=piece)
 
 
-def _on_another_mesh(run: Callable[[], Marks], progress: Progress | None) -> Marks | str:
+def _on_another_mesh(run: Callable[[], Track], progress: Progress | None) -> Marks | str:
     """Follow the path on another mesh, or say why it could not be."""
     if progress is not None:
         progress("on another mesh")
     try:
-        return run()
+        return Marks.of(run())
     except SolveError as error:
         return " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
 

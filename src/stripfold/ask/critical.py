@@ -27,7 +27,8 @@ from stripfold.base.errors import SolveError
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact_events import clearance
-from stripfold.follow.static import LAMBDA_TOLERANCE, End, StripModel, XRun, solve_height
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height
+from stripfold.follow.track import End, Track
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -354,7 +355,7 @@ def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _
 
 def _run(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, progress: Progress
-) -> Snap | XRun:
+) -> Snap | Track:
     """The end of the advance, from the elastica's or, where a strip is so thick that none is near, from flat."""
     progress(f"elements {refinement:.2g} times the standard ones")
     with suppress(SolveError):
@@ -364,7 +365,7 @@ def _run(
 
 def _followed(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, progress: Progress
-) -> XRun:
+) -> Track:
     """The end of the advance, the branch followed to it."""
     try:
         return from_near_the_end(strip, prediction, refinement, tolerance)
@@ -381,10 +382,10 @@ def _mid_surface(state: elastica.State, length: float) -> Array:
 
 def _fine_enough(
     scene: Scene, strip: StripModel, prediction: ElasticaPrediction, tolerance: float, progress: Progress
-) -> tuple[XRun, float]:
+) -> tuple[Track, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*."""
     refinement = select_model.refinement(scene.model, scene.accuracy)
-    coarse: Snap | XRun = _run(strip, prediction, select_model.COARSER * refinement, tolerance, progress)
+    coarse: Snap | Track = _run(strip, prediction, select_model.COARSER * refinement, tolerance, progress)
     while True:
         end = _run(strip, prediction, refinement, tolerance, progress)
         try:

@@ -41,7 +41,7 @@ from stripfold.base.validation import Input, Number, Whole, quantity, within
 from stripfold.base.version import running_commit, version
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress
-from stripfold.follow.static import End
+from stripfold.follow.track import End
 
 if TYPE_CHECKING:
     import xarray as xr
