@@ -110,10 +110,10 @@ def facts(d: xr.Dataset) -> Facts:
 # fmt: off
 NUMBERS = {
     facts: (
-        Number("camera_bump", "share", "1", "= 1, of 30 or more",
+        Number("camera_bump", "share", "1", "= 1",
             "share of {cases} moves of the camera by 3 to 10 pixels ({seed}) that are noticed, {before} between its "
             "calibration and the film, the others in the film; {chain} of the second generator",
-            lambda f: f.noticed == f.cases >= 30),
+            lambda f: f.noticed == f.cases),
     ),
 }
 # fmt: on
