@@ -21,10 +21,10 @@ from plots.pieces import note
 from stripfold.base.errors import CalibrationError
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, legend_above, styled
-from stripfold.film import intrinsics
+from stripfold.film import calibration as intrinsics
 from stripfold.film.boards import Board, Corners, Refinement, detect, spacing
 from stripfold.film.camera import Camera, read_camera, read_opencv_yaml
-from stripfold.film.mapping import rms as rms_of
+from stripfold.film.camera import rms as rms_of
 from stripfold.film.pictures import read_calibration_picture
 from verification.common import Progress, dataset
 from verification.numbers import Facts, Number
@@ -54,7 +54,7 @@ def run(images: str | Path = "../shared/data", progress: Progress | None = None)
         own, _ = intrinsics.find_views(folder, CHESSBOARD, refinement)
         if [view.name for view in own] != names:
             raise CalibrationError(str(folder), f"{len(own)} boards ({way})", f"{len(names)} boards")
-        fitted = intrinsics.fit(own, size)
+        fitted = intrinsics.fit_camera(own, size)
         without = intrinsics.fit_without_each(own, fitted)
         focal = np.array([fit.camera.matrix[0, 0] for fit in without]) - fitted.camera.matrix[0, 0]
         value = intrinsics.parameters(fitted.camera)
@@ -75,7 +75,7 @@ def run(images: str | Path = "../shared/data", progress: Progress | None = None)
         "value": (("way", "parameter"), value),
         "left_out_focal": (("way", "view"), left_out_focal),
         "left_out_rms": (("way", "view"), left_out_rms),
-        "coverage": ((), intrinsics.calibrate(views, size).coverage),
+        "coverage": ((), intrinsics.calibrate_camera(views, size).coverage),
         "spacing": ("view", [spacing(seen) for seen in pixels]),
         "pixels": (("view", "corner", "axis"), pixels),
         "size": ("axis", np.array(size, dtype=np.float64)),

@@ -19,7 +19,7 @@ import yaml
 
 from stripfold.base.arrays import Array
 from stripfold.film import camera_motion, recording, video
-from stripfold.film.measurement import Measurement
+from stripfold.film.measure import RecordingMeasurement
 from stripfold.film.recording import NAME
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, seed_of
@@ -64,7 +64,7 @@ def moved(number: int, seed: int, calibrations: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def _measured(folder: Path, camera: tuple[Path, str]) -> Measurement:
+def _measured(folder: Path, camera: tuple[Path, str]) -> RecordingMeasurement:
     return measure_with(recording.read(folder), camera)
 
 

@@ -25,10 +25,11 @@ from scipy.stats import linregress, t
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact import touches
-from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.statics import LAMBDA_TOLERANCE, NODAL_STEPS, StripModel, solve_height
+from stripfold.follow.contact_set import ROBUST_NEWTON, on_nodes
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height
 from stripfold.follow.track import Track
 from stripfold.solve import continuation, critical, dynamics
+from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
@@ -51,7 +52,7 @@ NEAR_FOLD = 0.1
 """Distance from lambda_c, L*, within which the branch is taken for a parabola."""
 BRANCH = 1.0
 """Length of the branch before lambda_c from which a motion can start, L*."""
-STATIC_STEPS = replace(NODAL_STEPS, first=0.02, largest=0.05)
+STATIC_STEPS = StepOptions(first=0.02, largest=0.05, target_iterations=10, max_attempts=1000, newton=ROBUST_NEWTON)
 STEPS = TimeOptions(largest=200.0)
 MOST_STEPS = 20000
 

@@ -20,9 +20,8 @@ import yaml
 from stripfold.base.arrays import Array
 from stripfold.film import recording, video
 from stripfold.film.calibration import calibrate_folder
-from stripfold.film.marker import Marker
-from stripfold.film.measure import measure
-from stripfold.film.measurement import Measurement
+from stripfold.film.holder import Marker
+from stripfold.film.measure import RecordingMeasurement, measure
 from stripfold.film.recording import NAME
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, covers, seed_of, share
@@ -61,9 +60,9 @@ def measured(number: int, seed: int) -> dict[str, Any]:
     return row | {"event": found.event, "low": low, "high": high, "flags": "; ".join(map(str, found.flags))}
 
 
-def _by_template(folder: Path, rng: np.random.Generator) -> Measurement:
+def _by_template(folder: Path, rng: np.random.Generator) -> RecordingMeasurement:
     describe(folder, rng)
-    return measure(recording.read(folder))
+    return measure(folder)
 
 
 def describe(folder: Path, rng: np.random.Generator) -> None:

@@ -99,7 +99,7 @@ def hanging(length: float, thickness: float, elements: int, gravity: float) -> t
     model = Solid.of(length, thickness, elements=elements)
     straight = np.stack([np.zeros_like(model.s), -model.s], axis=1)
     q = model.unknowns_of(straight, np.full(len(model.s), -np.pi / 2.0))
-    clamp = model.mesh.unknowns[0].ravel()
+    clamp = model.unknowns[0].ravel()
     problem = HeldStrip(model, clamp, q[clamp], np.zeros(len(clamp)), gravity)
     return problem, newton.solve(problem, q, 0.0, problem.bounded).q
 

@@ -28,7 +28,7 @@ from stripfold.draw.style import MILLI, figure, styled
 from stripfold.film import eta_motion, measure, recording
 from stripfold.film.camera_motion import MOVED_BY
 from stripfold.film.eta_motion import MotionEtaB
-from stripfold.film.measurement import WARNING, Measurement, half_width
+from stripfold.film.measure import WARNING, RecordingMeasurement, half_width
 from stripfold.film.recording import Entries, Recording
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, covers, seed_of, share
@@ -132,7 +132,7 @@ def _described(told: Recording, asked: Case | ChainCase, random: np.random.Gener
     return Recording(told.folder, Entries.of(entries | {"strip": entries["strip"] | strip}))
 
 
-def _ratios(kind: str, found: Measurement | None, asked: Case | ChainCase) -> dict[str, float]:
+def _ratios(kind: str, found: RecordingMeasurement | None, asked: Case | ChainCase) -> dict[str, float]:
     """The numbers of :data:`ETA`, and M_0 where it is fitted; none where there is no eta_b."""
     if found is None or not isinstance(found.eta_b, MotionEtaB):
         return {}

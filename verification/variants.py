@@ -31,7 +31,7 @@ from stripfold.follow.statics import FIRST, LIMIT, StripModel, follow
 from stripfold.follow.track import End, grip_and_hold
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.geometric import triangular
-from stripfold.solve.events import Event
+from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
@@ -217,7 +217,7 @@ def touch_on_path(scene: Scene) -> float:
 def _touch_on(scene: Scene, path: GripperPath) -> tuple[float, float]:
     """x of the first touch on a path, and the length travelled at its critical point."""
     segment = follow(scene.mesh, path, scene.strip.length)
-    if segment.critical is None or segment.nodal:
+    if segment.critical is None:
         raise SolveError("no critical point on the path", parameter=path.length)
     return _touch(scene, segment.last), segment.critical.lam
 
