@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask.gripper_map import GripperMap, gripper_map
+from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.stability_boundary import stability_boundary
 from stripfold.base.arrays import Array
 from stripfold.follow.statics import StripModel

@@ -29,7 +29,7 @@ _PIN = "import os\nos.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
 _MATERIAL = {"name": "eta3780", "eta_b": 3780.0, "eta_m": 1e-3}
 
 
-def run(frames: int = 400, repeats: int = 1) -> xr.Dataset:
+def run(frames: int = 240, repeats: int = 1) -> xr.Dataset:
     """Measure an h264 film of about so many ``frames`` ``repeats`` times, and a recording of the workflow once."""
     with tempfile.TemporaryDirectory() as temporary:
         folder, rendered = Path(temporary) / "film", Path(temporary) / "rendered.mp4"
