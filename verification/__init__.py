@@ -23,7 +23,7 @@ CHAPTERS = {
         "calibration centrelines strip_looks camera_bump markerless eta_pictures recordings_accuracy video_benchmark"
     ),
     "Accuracy and speed": (
-        "benchmark accuracy fall_accuracy estimates hard_cases effects profiling sweeps folding_plans peers"
+        "benchmark accuracy fall_accuracy estimates hard_cases effects sweeps folding_plans peers"
     ),
 }
 """The studies by chapter of the page of numbers, separated by spaces."""
