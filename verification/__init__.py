@@ -20,7 +20,7 @@ CHAPTERS = {
         "friction_margin fabric_laws textile_law layer_friction random_paths"
     ),
     "Recordings": ("public_pictures altered_films eta_pictures recordings_accuracy video_benchmark"),
-    "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects profiling sweeps folding_plans peers"),
+    "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),
 }
 """The studies by chapter of the page of numbers, separated by spaces."""
 STUDIES = tuple(name for names in CHAPTERS.values() for name in names.split())

@@ -7,7 +7,6 @@ TIMED = {
     "folding_plans",
     "order",
     "peers",
-    "profiling",
     "stability_map",
     "sweeps",
     "video_benchmark",
