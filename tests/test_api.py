@@ -255,9 +255,7 @@ def test_a_result_is_written_to_a_file_with_a_name(stability_map):
         assert caught.value.key == "file"
 
 
-@pytest.mark.parametrize(
-    "name", ["stripfold", "stripfold.ask.strip", "stripfold.film.eta", "stripfold.ask.inputs"]
-)
+@pytest.mark.parametrize("name", ["stripfold", "stripfold.ask.strip", "stripfold.film.eta", "stripfold.ask.inputs"])
 def test_examples_in_docstrings(name):
     found = doctest.testmod(import_module(name))
     assert found.attempted
