@@ -23,9 +23,8 @@ localrules:
     friction_table,
     master_curve,
     plans,
-    printed_law,
-    readme,
     recordings,
+    release,
     studies,
 
 
@@ -41,21 +40,11 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 
 
-onstart:
-    remove_half_written(RESULTS, FIGURES)  # Snakemake holds its lock: nobody else writes there
-    stale = stale_studies(config)
-    if stale:
-        logger.warning("Stale studies (`make studies` redoes them):")
-    for study_name, reason in stale.items():
-        logger.warning(f"  {study_name}: {reason}")
-
-
 rule all:
     """Everything of the paper: runs, tables, figures, film and numbers."""
     default_target: True
     input:
         rules.critical_points.output,
-        rules.printed_law.output,
         rules.collapse.output,
         rules.plans.output,
         rules.film.output,
@@ -65,12 +54,13 @@ rule all:
         rules.recordings.output,
         rules.summary.output,
         FIGURE_FILES,
-        rules.explorer_page.output,
+        rules.explorer_page.output if "explorer" in STUDY_FILES else [],
 
 
 # Each rule says once what it does: in its docstring, those made in a loop in their message. It is both.
 for made in workflow.rules:
     made.docstring = made.docstring or made.message
     made.message = f"{{rule}}{' {wildcards}' if made.has_wildcards() else ''}: {made.docstring}"
-    if made.name == "summary" or any(file.startswith(f"{FIGURES}/") for file in made.output):
-        redone_without_sources(made, workflow)
+    # The project's own source files: the package and the libraries are in the digest.
+    if "call" in made.params.keys() and "code" not in made.input.keys():
+        made.set_input(code=partial(code, made.params["call"]))

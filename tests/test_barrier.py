@@ -7,12 +7,10 @@ from math import inf
 import numpy as np
 import pytest
 
-from plots import barrier as figure
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.elastica._chebyshev import grid
-from studies import barrier, knocks
 
 STEP = 0.02
 THIRD = np.array([1.0, -8.0, 13.0, 0.0, -13.0, 8.0, -1.0]) / (8.0 * STEP**3)
@@ -67,35 +65,3 @@ def test_pairs_and_the_ends_of_the_range() -> None:
     with pytest.raises(InvalidInputError, match="advance"):
         found.pair(top)
     assert elastica.bistable_range(1.2) is None
-
-
-def test_study_and_its_figure() -> None:
-    data = barrier.run([1.7, 5.0], [1e-4, 0.01, 0.1], 16.0, 0.01, 1.0, [1.6, 5.0])
-    assert set(data["no_result"].values.ravel()) == {""}
-    # The floor: at 1.7 L* before 0.01 L*, at 5 L* before 0.1 L*.
-    finite = [[True, False, False], [True, True, False]]
-    for name in ("barrier", "work"):
-        np.testing.assert_array_equal(np.isfinite(data[name]), finite)
-    np.testing.assert_array_equal(np.isfinite(data["model_barrier"].sel(model="rod")), finite)
-    # A thin rod is nearly the elastica.
-    np.testing.assert_allclose(data["model_coefficient"].sel(model="rod"), data["coefficient"], rtol=4e-4)
-    shown = data.sel(gripper_height=5.0, distance=0.01)
-    np.testing.assert_allclose(shown["model_barrier"].sel(model="rod"), shown["barrier"], rtol=4e-4)
-    energy, _, ends = figure.draw(data).axes
-    lines = [line for line in energy.lines if line.get_label() == "_elastica"]
-    assert [len(line.get_xdata()) for line in lines] == [2, 3]
-    np.testing.assert_array_equal(ends.lines[0].get_ydata(), data["range_width"])
-
-
-def test_a_knock_in_time_needs_the_energy_of_the_barrier() -> None:
-    """Also with what the floor does: beyond the bistable range the strip comes back from the floor."""
-    found = elastica.bistable_range(5.0)
-    assert found is not None
-    within = knocks.at_rest(5.0, 0.02, 0.0594, 1.0)
-    energy = found.barrier(found.critical.advance - 0.02)
-    assert not within.falls(0.9 * energy)
-    assert within.falls(1.15 * energy)
-    away, touched = knocks.at_rest(5.0, 1.4 * found.width, 0.0594, 1.0).settles()
-    assert touched
-    assert away < 1e-3
-    assert within.settles()[0] > 0.5

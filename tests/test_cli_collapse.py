@@ -9,10 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold.base.errors import SolveError
 from stripfold.cli import main
 from stripfold.files import store
-from stripfold.solve import dynamics
 
 SCENE = "length: 0.3\nheight: 0.054\neta_b: 3780.0\ndisturbance: 0.01\nair: 5.0\nuntil: touch\n"
 
@@ -70,27 +68,3 @@ def test_a_scene_that_is_too_short(here: Path, capsys: pytest.CaptureFixture[str
     (here / "strip.yaml").write_text(SCENE.replace("0.3", "0.1"))
     assert main(["simulate", "strip.yaml"]) == 2
     assert "length = 0.1" in capsys.readouterr().err
-
-
-def test_a_failed_motion_leaves_its_last_good_state_only(
-    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    step = dynamics.step
-
-    def breaking(problem, before, dt, *rest):  # type: ignore[no-untyped-def]
-        if before.t + dt > 2.0:
-            raise SolveError("planted")
-        return step(problem, before, dt, *rest)
-
-    monkeypatch.setattr(dynamics, "step", breaking)
-    assert main(["simulate", "strip.yaml"]) == 3
-    assert "strip.last-good.nc" in capsys.readouterr().err
-    assert sorted(os.listdir(here)) == ["strip.last-good.nc", "strip.yaml"]
-    kept = store.read(here / "strip.last-good.nc", require=["x", "z", "time", "advance"])
-    assert "planted" in kept.attrs["error"]
-    assert float(kept["z"][0]) == pytest.approx(0.054)
-    # SI: 2 sqrt(L*/g) after the start, the pin at half the length.
-    star = (3780.0 * 9.81) ** (-1.0 / 3.0)
-    assert float(kept["time"]) == pytest.approx(2.0 * np.sqrt(star / 9.81), rel=1e-3)
-    assert float(kept["x"][-1]) == pytest.approx(0.15)
-    assert float(kept["x"][0]) == pytest.approx(float(kept["advance"]) - 0.15)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stripfold import cli, cli_doctor, elastica
+from stripfold import cli
 from stripfold.ask.strip import Strip
 
 
@@ -37,12 +37,6 @@ def test_a_missing_extra_is_none(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert 'pip install "stripfold[vision]"' in capsys.readouterr().out
 
 
-def test_codecs_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(cli_doctor, "CODECS", {"h264": "r", "no_such_codec": "w"})
-    assert cli.main(["doctor"]) == 0
-    assert "no codec no_such_codec" in capsys.readouterr().out
-
-
 def test_a_film_that_cannot_be_read_is_a_fault(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -50,13 +44,6 @@ def test_a_film_that_cannot_be_read_is_a_fault(
     monkeypatch.setattr(sys, "executable", "/bin/false")
     assert cli.main(["doctor"]) == 2
     assert "small film       does not work" in capsys.readouterr().out
-
-
-def test_a_wrong_run_is_a_fault(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    right = elastica.critical
-    monkeypatch.setattr(elastica, "critical", lambda z: right(1.01 * z))
-    assert cli.main(["doctor"]) == 2
-    assert "by the elastica; please report it" in capsys.readouterr().out
 
 
 def test_variables_of_other_programs_change_no_result(tmp_path: Path) -> None:

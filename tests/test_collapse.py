@@ -2,58 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from stripfold import elastica
-from stripfold.ask.simulation import Simulation
-from stripfold.base.errors import NewtonError, SolveError, TimeStepError
-from stripfold.follow import collapse, release, rest
-from stripfold.follow.collapse import Collapse
-from stripfold.follow.contact import columns_on_floor, touch_position, touches
-from stripfold.follow.release import TIME_OPTIONS, Fall, ReleaseState
-from stripfold.follow.static import StripModel
-from stripfold.solve import continuation, dynamics
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.base.errors import SolveError
+from stripfold.follow import fall
+from stripfold.follow.contact import columns_on_floor, touches
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End, Track
+from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
-from stripfold.strip.problem import Opened, StripProblem
-from stripfold.strip.rod import Rod
 
 STRIP, HEIGHT = StripModel(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 
 
-@pytest.fixture(scope="module")
-def found() -> Collapse:
-    return collapse.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
+class Fallen:
+    """A collapse by its parts: the state it falls from, the states before, of the fall and after it."""
+
+    def __init__(self, track: Track) -> None:
+        self.track, self.motion = track, track.states[track.falls[0]]
+        self.before, self.after = track.states[: track.falls[0].start], track.states[track.falls[0].stop :]
+        at = track.points[len(self.before) - 1]
+        assert isinstance(at, BranchPoint)
+        self.critical = at
+        self.problem, self.states = self.motion[0].problem, track.moments
+        touch = track.touch
+        assert touch is not None
+        self.touch, self.touch_x = touch.index - len(self.before), touch.x
 
 
 @pytest.fixture(scope="module")
-def stored() -> tuple[Simulation, xr.Dataset]:
-    asked = Simulation(length=0.3, height=0.054, eta_b=3780.0, disturbance=0.01, air=5.0)
-    return asked, collapse.run(asked)
+def found() -> Fallen:
+    return Fallen(fall.collapse(STRIP, HEIGHT, FALL, refinement=1.5))
 
 
-def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
-    first, last = found.motion.states[0], found.motion.states[-1]
-    assert first.lam == pytest.approx(found.run.lam, abs=0.012)
-    assert last.lam == pytest.approx(found.run.last.point.lam + release.NUDGE)
+def test_it_goes_from_the_critical_point_to_the_end(found: Fallen) -> None:
+    first, last = found.states[0], found.states[-1]
+    assert first.lam == pytest.approx(found.track.events[0].travelled, abs=0.012)
+    assert last.lam == pytest.approx(found.critical.lam + fall.NUDGE)
     assert found.after[0][1].lam == last.lam
-    assert found.end == "the gripper is above the held end"
+    assert found.track.end is End.PATH
     assert found.after[-1][1].lam >= STRIP.length
     assert all(point.negatives == 0 for _, point in found.after)
 
 
-def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
-    bounded = found.motion.problem.bounded
-    states = found.motion.states
+def test_nothing_penetrates_or_gains_energy(found: Fallen) -> None:
+    bounded = found.problem.bounded
+    states = found.states
     assert min(m.q[bounded].min() for m in states) >= 0.0
     closing = np.array([m.energy.closing for m in states])
     assert np.abs(closing).max() < 1e-9
@@ -63,30 +64,9 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
         assert lost[-1] > 0.0, name
 
 
-def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
-    """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
-    problem, states = found.motion.problem, found.motion.states
-    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-    for state in states[1:]:
-        assert np.abs(state.v[state.active]).max() < 1e-12
-        np.testing.assert_allclose(state.v[problem.prescribed], [drive.rate(state.t), 0.0, 0.0, 0.0], atol=1e-12)
-
-
-def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
-    """A millionth of what was lost, for two time units: at the turn of an oscillation nothing moves either."""
-    states, problem = found.motion.states, found.motion.problem
-    kinetic, work = (np.array([getattr(m.energy, name) for m in states]) for name in ("kinetic", "work"))
-    left = np.array([sum(problem.energies(m.q)) for m in states]) + kinetic - work
-    share = kinetic / np.maximum(left[0] - left, 1e-12)
-    t = np.array([m.t for m in states])
-    assert share[t > t[-1] - 2.0].max() < 1e-6
-    # And no later: before that it moved.
-    assert share[t > t[-1] - 2.0 - 2.5 * TIME_OPTIONS.largest].max() > 1e-6
-
-
-def test_the_ledger_is_the_energy(found: Collapse) -> None:
+def test_the_ledger_is_the_energy(found: Fallen) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
-    problem, states = found.motion.problem, found.motion.states
+    problem, states = found.problem, found.states
     first, last = states[0], states[-1]
     change = sum(problem.energies(last.q)) - sum(problem.energies(first.q)) - first.energy.kinetic
     energy = last.energy
@@ -96,17 +76,17 @@ def test_the_ledger_is_the_energy(found: Collapse) -> None:
     assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
 
 
-def test_the_touch_is_the_first(found: Collapse) -> None:
-    model, motion = found.motion.problem.model, found.motion
+def test_the_touch_is_the_first(found: Fallen) -> None:
+    model, motion = found.problem.model, found
     assert not any(touches(model, m) for m in motion.states[: motion.touch])
     at = motion.states[motion.touch]
     assert touches(model, at)
     # Bisection stops with a bracket that is short enough; its lower end need not be a state of the motion.
     before = motion.states[motion.touch - 1]
-    if at.dt > release.TOUCH_TOLERANCE:
-        _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-        scheme, shorter = EnergyMomentum(), at.dt - release.TOUCH_TOLERANCE
-        almost = dynamics.step(found.motion.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
+    if at.dt > fall.TOUCH_TOLERANCE:
+        _, drive = fall.initial_state(ReleaseState.at(found.critical, 1.5), FALL)
+        scheme, shorter = EnergyMomentum(), at.dt - fall.TOUCH_TOLERANCE
+        almost = dynamics.step(found.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
         assert not touches(model, almost)
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
     for before, after in pairwise(motion.states):
@@ -115,264 +95,25 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
 
 
-def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No instant is stepped to twice, as a second step may fail in a thin strip: what is handed out is a chain."""
-    states = found.motion.states
-    touch = found.motion.touch
-    at = next(i for i in range(touch, 0, -1) if states[touch].t - states[i].t > 0.01)
-    problem = found.motion.problem
-    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-    touch_event = TimeEvent(lambda state: touches(problem.model, state), release.TOUCH_TOLERANCE)
-    step, reached = dynamics.step, []
-
-    def once(problem: object, before: dynamics.TimeState, dt: float, *rest: object) -> dynamics.TimeState:
-        if any(abs(before.t + dt - t) < 1e-12 for t in reached):
-            raise NewtonError("a step to where one has led before")
-        reached.append(before.t + dt)
-        return step(problem, before, dt, *rest)  # type: ignore[arg-type]
-
-    def march(options: TimeOptions) -> list[TimeState]:
-        motion = dynamics.march(problem, states[at], drive, FALL.damping, options=options, until=[touch_event])
-        return list(motion)[1:]
-
-    monkeypatch.setattr(dynamics, "step", once)
-    # Just after the touch and well after it: the last trial touches or does not.
-    for beyond in (1e-4, 1e-3, 3e-3, 0.01):
-        options = replace(release.TIME_OPTIONS, first=states[touch].t - states[at].t + beyond, tolerance=1.0)
-        chain = march(options)
-        assert states[touch].t - release.TOUCH_TOLERANCE < chain[-1].t <= states[at].t + options.first + 1e-12
-        assert chain[-1].t < states[touch].t + release.TOUCH_TOLERANCE
-        assert [touches(problem.model, state) for state in chain] == [False] * (len(chain) - 1) + [True]
-        times = [states[at].t, *(state.t for state in chain)]
-        np.testing.assert_allclose(np.diff(times), [state.dt for state in chain], rtol=1e-9)
-
-
-def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
-    """A strip bent by friction beside its lift-off has nodes on the floor there; folded over it touches."""
-    model = Rod.of(10.0, 0.05, elements=100)
-    x, z = model.middle.T
-    on_floor = (model.s < 2.0) | (model.s > 4.0)
-    state = dynamics.start(StripProblem(model, Opened()), np.zeros(model.size), np.zeros(model.size), 0.0, z[on_floor])
-    assert not touches(model, state)
-    folded = state.q.copy()
-    folded[x[model.s < 2.0]] = 8.0 - 2.0 * model.s[model.s < 2.0]
-    assert touches(model, replace(state, q=folded))
-    # All that lies is one part.
-    assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
-
-
-def test_a_tossed_strip_comes_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Less is dissipated than the disturbance gave: at rest the strip has more energy than at the start."""
-    moving = dynamics.Energy(28.0, 1.0, 1.0)
-    at_rest = dynamics.Energy(1e-9, 6.0, 6.0, air=18.0)
-    states = [SimpleNamespace(t=float(t), energy=at_rest if t > 3 else moving) for t in range(20)]
-
-    def march(*given: Any) -> Iterator[Any]:
-        for state in states:
-            yield state
-            if any(event.happened(state) for event in given[-1]):
-                return
-
-    monkeypatch.setattr(rest.dynamics, "march", march)
-    problem: Any = SimpleNamespace(model=None)
-    found = list(rest.to_rest(problem, states[:1], problem, FALL.damping, release.TIME_OPTIONS))  # type: ignore[arg-type]
-    assert found[-1].t == 4.0 + rest.QUIET + 1.0
-
-
-def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
-    """The strip shifted and bent to a known parabola: its lowest point comes out, not the node's."""
-    problem = found.motion.problem
-    model = problem.model
-    state = found.motion.states[found.motion.touch]
-    column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, state)][0])))
-    lowest = model.s[column] + 0.3 * (model.s[column + 1] - model.s[column])
-    q = state.q.copy()
-    q[model.middle[:, 0]] = 0.25
-    q[model.middle[:, 1]] = (model.s - lowest) ** 2
-    expected = lowest - model.length / 2.0 + 0.25
-    assert touch_position(problem.model, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
-    """Truth: where the upper layer lies flat no horizontal force is left, and the loop is the elastica's folded one."""
-    (problem, last) = found.after[-1]
-    model = problem.model
-    s = model.s[columns_on_floor(model, last)]
-    gap = int(np.argmax(np.diff(s)))
-    assert s[gap] - s[0] > 0.5, "the upper layer lies"
-    shape = model.mid_surface(last.q)
-    loop = shape[(model.s > s[gap]) & (model.s < s[gap + 1])]
-    assert loop[:, 1].max() == pytest.approx(elastica.folded_loop().height, abs=6e-3)
-    # And towards the gripper it is the strip that was lifted without horizontal force.
-    rising = elastica.state_no_horizontal_force(HEIGHT)
-    assert s[0] == pytest.approx(rising.length, abs=0.12)
-
-
-def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
-    middle = found.motion.problem.model.mid_surface
-    apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
+def test_both_signs_end_in_the_same_state(found: Fallen) -> None:
+    other = fall.simulate_fall(ReleaseState.at(found.critical, 1.5), replace(FALL, disturbance=-FALL.disturbance))
+    middle = found.problem.model.mid_surface
+    apart = middle(other.moments[-1].q) - middle(found.states[-1].q)
     assert np.abs(apart).max() < 1e-3
     # Against the fall it takes longer: the disturbance has a direction.
-    assert other.states[other.touch].t > found.motion.states[found.motion.touch].t
+    assert other.moments[other.touch.index].t > found.states[found.touch].t
 
 
-def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
-    first, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
-    problem = found.motion.problem
-    speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
-    assert speed == pytest.approx(FALL.disturbance)
-    # Along the branch the strip moves as between two of its states.
-    before, last = found.before[-2:]
-    s = problem.model.s
-    onwards = np.subtract(*(one.model.resampled_mid_surface(at.q, s) for one, at in (last, before)))
-    assert np.sum(first.v[problem.model.middle] * onwards) > 0.0
-    assert drive.lam(0.0) == found.motion.states[0].lam
-    # It is an equilibrium: what rounding leaves of its forces would make the light thickness unknowns fly.
-    assert np.all(first.a == 0.0)
-
-
-def test_a_moving_gripper(found: Collapse) -> None:
-    motion = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
-    last = motion.states[-1]
-    assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
-    assert motion.touch == len(motion.states) - 1
+def test_a_moving_gripper(found: Fallen) -> None:
+    motion = fall.simulate_fall(ReleaseState.at(found.critical, 1.5), replace(FALL, speed=0.02, to_rest=False))
+    last = motion.moments[-1]
+    assert last.lam == pytest.approx(motion.moments[0].lam + 0.02 * last.t)
+    assert motion.end is End.TOUCH
+    assert motion.touch is not None
+    assert motion.touch.index == len(motion.points) - 1
     assert abs(last.energy.closing) < 1e-9
-
-
-def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 10.0)
-    stable = release.ReleaseState.at(found.run.points[3], 1.5)
-    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(stable, replace(FALL, disturbance=1e-4, speed=-0.02))
-    # Longer by the damping, which slows the start.
-    assert 13.0 < caught.value.last.t < 13.0 + TIME_OPTIONS.largest
-    assert caught.value.details["mid_surface"].shape == (len(stable.problem.model.s), 2)
-
-
-def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stripfold.follow.rest.LONGEST", 20.0)
-    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=0.05, damping=Damping()))
-    assert caught.value.last.energy.kinetic > 0.0
-
-
-def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    start = continuation.start
-    monkeypatch.setattr(release.continuation, "start", lambda *given: replace(start(*given), negatives=1))
-    with pytest.raises(SolveError, match="not stable"):
-        release.state_at_rest(found.motion.problem, found.motion.states[-1])
-
-
-def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = dynamics.step
-
-    def breaking(problem, before, dt, *rest):  # type: ignore[no-untyped-def]
-        if before.t + dt > 3.0:
-            raise SolveError("planted")
-        return step(problem, before, dt, *rest)
-
-    monkeypatch.setattr(dynamics, "step", breaking)
-    with pytest.raises(TimeStepError, match="planted") as caught:
-        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), FALL)
-    assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
-    assert np.isfinite(caught.value.details["mid_surface"]).all()
 
 
 def test_no_snap_no_fall() -> None:
     with pytest.raises(SolveError, match="no fall to follow"):
-        collapse.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
-
-
-def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
-    """The state at rest with its loop blown up: the equilibrium found from it is another state."""
-    model, rest = found.motion.problem.model, found.motion.states[-1]
-    release.state_at_rest(found.motion.problem, rest)
-    q = rest.q.copy()
-    height = model.mid_surface(q)[:, 1]
-    q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
-    with pytest.raises(SolveError, match=r"from the equilibrium|did not converge|inside out"):
-        release.state_at_rest(found.motion.problem, replace(rest, q=q))
-
-
-def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:
-    asked, data = stored
-    phase = data["phase"].values
-    assert list(dict.fromkeys(phase)) == ["before", "fall", "after"]
-    assert all(var.attrs["units"] and var.attrs["long_name"] for var in data.variables.values())
-    fall = data.isel(state=phase == "fall")
-    assert float(data["lambda_c"]) == pytest.approx(float(fall["advance"][0]), rel=2e-3)
-    assert float(data["lambda_0"]) == pytest.approx(float(data["advance"][0]))
-    # SI, from what can be measured in the file itself.
-    last = data.isel(state=-1)
-    assert float(last["z"][0]) == pytest.approx(0.054)
-    assert float(last["x"][0]) == pytest.approx(float(last["advance"]) - 0.15)
-    assert float(last["x"][-1]) == pytest.approx(0.15)
-    weights = np.gradient(data["arc"].values)
-    gravity = 9.81 * (fall["z"].values @ weights)
-    assert fall["gravity"].values - fall["gravity"].values[0] == pytest.approx(gravity - gravity[0], abs=2e-3)
-    speed = np.gradient(fall["z"].values, fall["time"].values, axis=0) ** 2
-    speed += np.gradient(fall["x"].values, fall["time"].values, axis=0) ** 2
-    kinetic = 0.5 * speed @ weights
-    assert kinetic.max() == pytest.approx(float(fall["kinetic"].max()), rel=0.1)
-    assert fall["time"].values[0] == 0.0
-    assert np.isnan(data["time"].values[phase != "fall"]).all()
-    assert asked.time_unit < float(data["touch_time"]) < float(data["settle_time"])
-    assert float(data["deflection"][0]) == 0.0
-
-
-def test_what_is_stored_is_what_the_stored_shapes_say(stored: tuple[Simulation, xr.Dataset]) -> None:
-    _, data = stored
-    x, z, arc = (data[name].values for name in ("x", "z", "arc"))
-    assert (arc[0], arc[-1]) == (0.0, pytest.approx(0.3))
-    rms = np.sqrt(np.trapezoid((x - x[0]) ** 2 + (z - z[0]) ** 2, arc, axis=1) / 0.3)
-    assert rms.max() > 0.05
-    np.testing.assert_allclose(data["deflection"], rms, atol=1e-12)
-    # The nodes between gripper and pin are those that can be on the floor.
-    np.testing.assert_allclose(data["minimal_gap"], z[:, 1:-1].min(axis=1), atol=5e-6)
-    assert (data["contacts"] > 0.0).all()
-
-
-def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
-    """Statics end where the fall begins, and the numbers quoted are those of the states."""
-    _, data = stored
-    before, fall, after = (data.isel(state=data["phase"].values == name) for name in ("before", "fall", "after"))
-    for name in ("advance", "x", "z", "elastic", "gravity"):
-        # The same state on another mesh.
-        np.testing.assert_allclose(before[name][-1], fall[name][0], rtol=0.01, atol=4e-3, err_msg=name)
-    assert float(data["settle_time"]) == pytest.approx(float(fall["time"][-1]))
-    touch = int(np.argmin(np.abs(fall["time"].values - float(data["touch_time"]))))
-    assert float(fall["time"][touch]) == pytest.approx(float(data["touch_time"]))
-    assert int(fall["contacts"][touch]) > int(fall["contacts"][touch - 1])
-    free = fall["z"].values[touch - 1] > 1e-5
-    down = int(np.argmin(np.where(free, fall["z"].values[touch], np.inf)))
-    assert float(data["touch_x"]) == pytest.approx(float(fall["x"].values[touch][down]), abs=5e-3)
-    for name in collapse.ENERGIES:
-        assert np.isfinite(fall[name]).all(), name
-        for statics in (before, after):
-            expected = np.isfinite if name in collapse.IN_STATICS else np.isnan
-            assert expected(statics[name]).all(), name
-    for statics in (before, after):
-        assert (statics["kinetic"] == 0.0).all()
-        assert (statics["negatives"] == 0.0).all()
-    assert np.isnan(fall["negatives"]).all()
-
-
-@pytest.mark.parametrize("model", ["solid", "rod"])
-def test_the_inputs_reach_the_model(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
-    given = {"length": 0.3, "height": 0.054, "eta_b": 3780.0, "eta_m": 2e-3, "nu": 0.3, "until": "touch"}
-    asked = Simulation(**given, model=model)
-    seen: list[tuple[object, ...]] = []
-
-    def simulate(*given: object, **_: object) -> None:
-        seen.append(given)
-        raise SolveError("seen")
-
-    monkeypatch.setattr(collapse, "simulate", simulate)
-    with pytest.raises(SolveError, match="seen"):
-        collapse.run(asked)
-    star = (3780.0 * 9.81) ** (-1.0 / 3.0)
-    ((strip, height, fall),) = seen
-    assert strip == StripModel(pytest.approx(0.3 / star), asked.material.relative_thickness, 0.3, kind=model)
-    assert height == pytest.approx(0.054 / star)
-    assert fall == collapse.in_solver_units(asked, asked.material)
+        fall.collapse(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)

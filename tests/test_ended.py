@@ -15,9 +15,9 @@ from pathlib import Path
 import cv2
 import pytest
 
+import drawn_strips as drawn
+from made_up import INPUTS
 from stripfold.cli import main
-from studies.commands import INPUTS
-from studies.eta_pictures import SCALE, drawn, looks
 
 STRIP = "--length 0.5 --eta-b 3780"
 BOARD = "--board chessboard --columns 8 --rows 5 --square 0.024"
@@ -26,14 +26,9 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SWEEP = "sweep grid.yaml --output o.nc --cores 2"
 COMMANDS = {
     f"assess path.csv {STRIP} --fall --output o.nc --plot o.png --film o.mp4": "state at",
-    f"calibrate filmed/calibration/camera {BOARD} --output o.yaml": "calibrating",
     f"critical {STRIP} --height 0.09 --accuracy 1e-6 --plot o.png": "limit point",
-    f"eta --image fold.png --scale {SCALE} --method fold --picture o.png": "",
     "film fall.nc --output o.mp4": "drawing: 50 %",
-    f"map {STRIP} --output o.nc --plot o.png": "boundaries",
     "measure filmed": "tracking: 1 %",
-    f"plan {STRIP} --layers-may-slide --csv o.csv --json o.json --report o.html --plot o.png": "state at",
-    "record filmed.yaml --output other": "filming: 1 %",
     "simulate scene.yaml --output o.nc --plot o.png": "state at",
 }
 """With a part of the line on standard error at which it is ended; before the first one where there is none."""
@@ -47,7 +42,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("inputs")
     for name, text in {**INPUTS, "grid.yaml": GRID}.items():
         (folder / name).write_text(text)
-    cv2.imwrite(str(folder / "fold.png"), drawn(next(looks(1, [0.08], seed=3))))
+    cv2.imwrite(str(folder / "fold.png"), drawn.picture(drawn.coverage(drawn.folded(150.0), 6.0, (640, 520))))
     assert main(["path", "triangular", *STRIP.split(), "--csv", str(folder / "path.csv")]) == 0
     assert main(["simulate", str(folder / "scene.yaml"), "--output", str(folder / "fall.nc")]) == 0
     assert main(["record", str(folder / "filmed.yaml"), "--output", str(folder / "filmed")]) == 0
@@ -104,7 +99,7 @@ def test_a_closed_pipe_is_no_fault(closed: str, option: str) -> None:
 def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, there: str) -> None:
     """Nor an error, also where a library turns the signal into one of its own or ignores it in a destructor."""
     code = (
-        "import os, signal, sys, time\nfrom stripfold import cli, store\n"
+        "import os, signal, sys, time\nfrom stripfold import cli\nfrom stripfold.files import store\n"
         f"def end(*_): os.kill(os.getpid(), {int(number)})\n"
         "class Ending: __del__ = end\n"
         "def write(*_):\n"

@@ -7,13 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from plots import layer_friction as figure
-from stripfold.ask.simulation import Simulation
-from stripfold.base.errors import InvalidInputError
-from stripfold.elastica import folded_loop, half_fold_lying_length
-from stripfold.follow.path_in_time import PathInTime, follow_in_time, opened
-from stripfold.follow.static import StripModel
-from stripfold.paths.geometric import circular
+from stripfold.ask.inputs import Simulation
+from stripfold.follow.track import End
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
@@ -22,11 +17,8 @@ from stripfold.strip.model import Model
 from stripfold.strip.problem import AlongX, Opened, StripProblem
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
-from studies import layer_friction as study
 
 LENGTH, THICKNESS, MU = 10.0, 0.1, 0.4
-MEMBRANE = 12.0 / THICKNESS**2
-"""Stiffness of the membrane in plane strain beside a bending stiffness of one."""
 
 
 def lying(model: Model) -> StripProblem:
@@ -46,25 +38,6 @@ def dragged(advance: float, steps: int) -> tuple[StripProblem, np.ndarray, float
         q, force = state.q, -float(state.force[problem.model.middle[0, 0]])
         problem = problem.accepted(q)
     return problem, q, force
-
-
-def test_a_dragged_strip_slips_as_far_as_friction_allows() -> None:
-    # The membrane's tension falls by mu w per length: slip to F / (mu w), elongation F^2 / (2 mu w EA).
-    advance = 4e-3
-    force = np.sqrt(2.0 * MU * MEMBRANE * advance)
-    slip = force / MU
-    problem, q, found = dragged(advance, 10)
-    assert found == pytest.approx(force, rel=0.01)
-    s, u = problem.model.s, -q[problem.model.middle[:, 0]]
-    expected = np.where(s < slip, MU * (slip - np.minimum(s, slip)) ** 2 / (2.0 * MEMBRANE), 0.0)
-    assert np.abs(u - expected).max() < 0.01 * advance
-    # What lies beyond sticks.
-    assert u[s > slip + 0.5].max() < MU / SPRING
-    (friction,) = problem.effects
-    assert not friction.sticks(q - 1e-6)[(s > 0.1) & (s < slip - 0.5)].any()
-    # Of mu w times the slip the springs keep a little.
-    heat = friction.dissipated + friction.stored
-    assert heat == pytest.approx(force**3 / (6.0 * MU * MEMBRANE), rel=0.02)
 
 
 @dataclass(frozen=True)
@@ -132,38 +105,6 @@ def test_on_an_inclined_plane_a_strip_slides_above_mu(share: float) -> None:
         assert moved == pytest.approx(0.5 * (share - 1.0) * MU * last.t**2, rel=0.02)
 
 
-def test_memory_of_what_lands_and_leaves() -> None:
-    model = Rod.of(LENGTH, THICKNESS, elements=20)
-    x, z = model.middle[:, 0], model.middle[:, 1]
-    flat = np.zeros(model.size)
-
-    def lands(q: np.ndarray) -> np.ndarray:
-        reaction = np.zeros(model.size)
-        reaction[z] = 0.5
-        return reaction
-
-    moved = np.zeros(model.size)
-    moved[x] = 0.3
-    friction = LayerFriction.of(model, MU, flat, np.zeros_like)
-    landed = friction.committed(moved, lands)
-    assert not landed.force(moved).any()
-    assert landed.dissipated == 0.0
-    shifted = moved.copy()
-    shifted[x] += 1e-5
-    assert landed.tractions(shifted) == pytest.approx(landed.stiffness * 1e-5)
-    shifted[x] += 1.0
-    assert landed.tractions(shifted) == pytest.approx(MU * 0.5)
-    slipped = landed.committed(shifted, lands)
-    assert slipped.stored > 0.0
-    gone = slipped.committed(shifted, np.zeros_like)
-    # The spring of a node that leaves loses its energy, and acts no more.
-    assert gone.stored == 0.0
-    assert gone.dissipated == pytest.approx(slipped.dissipated + slipped.stored)
-    assert not gone.force(moved).any()
-    with pytest.raises(InvalidInputError):
-        LayerFriction.of(model, -0.1, flat, np.zeros_like)
-
-
 def test_tangent() -> None:
     problem, q, _ = dragged(4e-3, 3)
     (friction,), rng = problem.effects, np.random.default_rng(1)
@@ -174,51 +115,12 @@ def test_tangent() -> None:
     assert np.allclose(change, friction.force_and_tangent(q)[1] @ way, rtol=1e-5)
 
 
-@pytest.fixture(scope="module")
-def fold() -> tuple[PathInTime, PathInTime]:
-    """A circular path with friction, gripper closed and opened."""
-    found = follow_in_time(
-        StripModel(14.0, 0.05, kind="rod"), circular(14.0), MU, damping=study.DAMPING, refinement=2.0
-    )
-    return found, opened(found, study.DAMPING)
-
-
-def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[PathInTime, PathInTime]) -> None:
-    found, after = fold
-    assert found.touch_x == pytest.approx(3.7, abs=0.05)
-    places = after.problem.model.resampled_mid_surface(after.last.q, np.linspace(0.0, 14.0, 501))
-    edge = float(places[0, 0]) - 7.0
-    assert edge > 1.5
-    # Both layers stick, so a slack e beyond the edge moves the universal loop by e / 2.
-    bulge = 7.0 - half_fold_lying_length(14.0) - folded_loop().bulge
-    assert float(places[:, 0].min()) - bulge == pytest.approx(0.5 * edge, abs=0.02)
-    # Nothing is made by stick and slip.
-    assert min(np.diff(part.dissipated).min() for part in fold) > -1e-12
-    assert max(part.last.energy.closing for part in fold) < 1e-6
-
-
-def test_study_and_its_figure(fold: tuple[PathInTime, PathInTime], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "_follow", lambda *_, **__: fold)
-    data = study.run(14.0, 0.05, 0.02, [0.2, 0.4], 0.4, [0.2, 0.6], 14.0, 0.3, [0.1])
-    assert set(data["no_result"].values.ravel()) == {""}
-    assert data["edge"].values == pytest.approx(2.0 * data["loop"].values, abs=0.04)
-    assert data["opened_error"].values == pytest.approx(data["edge"].values, abs=0.05)
-    assert data["created"].max() < 1e-6
-    # The grasped end is where the fold's edge is, the loop is not: the error is that of the layers.
-    assert data["error"].values == pytest.approx(2.13, abs=0.05)
-    top, bottom = figure.draw(data).axes
-    (drawn,) = [line for line in top.lines if line.get_label() == "_circular"]
-    np.testing.assert_array_equal(drawn.get_ydata(), data["error"].sel(path="circular"))
-    (shape,) = [line for line in bottom.lines if line.get_label() == "_circular-fold"]
-    np.testing.assert_array_equal(shape.get_xdata(), data["x"].sel(path="circular"))
-
-
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.follow import collapse
+    from stripfold.ask import collapse
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
     found = collapse.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse.AT_REST
+    assert found.attrs["end"] == collapse.ENDS[End.REST]
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0
@@ -226,18 +128,3 @@ def test_a_scene_without_statics_after_the_fall_says_so() -> None:
     without = collapse.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
     assert "layer_friction" in without.attrs["missing"]
     assert not without["friction"].dropna("state").any()
-
-
-def test_a_path_assessed_in_time() -> None:
-    import stripfold as sf
-
-    strip = sf.Strip(length=0.24, eta_b=3780.0)
-    path = sf.paths.triangular(strip)
-    for wrong in ({"fall": True}, {"pull": 1.0}, {}):
-        mu = 0.3 if wrong else -0.1
-        with pytest.raises(InvalidInputError, match="layer_friction"):
-            strip.assess(path, layer_friction=mu, model="rod", **wrong)
-    found = strip.assess(path, layer_friction=0.3, model="rod")
-    assert found.completed
-    assert found.contact == "nodal"
-    assert found.shape_error < 0.02 * strip.gravity_length

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from stripfold import Strip, elastica, paths
-from stripfold.base.errors import SolveError
-from stripfold.follow.assess import SNAP, Assessment, assess_strip, peak_forces, shape_error
-from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.static import StripModel
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import SNAP, End, peak_forces, shape_error
 from stripfold.paths import low_path
-from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
-from tasks import folding
 
 
 def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
@@ -23,8 +18,8 @@ def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
     strip = StripModel(14.0, 0.02, kind="rod")
     found = assess_strip(strip, low_path.low(strip.length, 0.7))
     assert found.stable
-    assert found.at_end
-    assert shape_error(*found.last, plan_r_path(strip.length)) < 2e-3
+    assert found.end is End.PATH
+    assert shape_error(*found.states[-1], plan_r_path(strip.length)) < 2e-3
     push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
     assert peak_forces(found.states)[1] == pytest.approx(push, rel=0.02)
 
@@ -39,45 +34,12 @@ def test_no_snap_of_the_mesh_below_the_touch_limit(eta_b: float) -> None:
 
 def test_a_snap_above_the_touch_limit() -> None:
     strip = StripModel(14.0, 0.02, kind="rod")
-    found = assess_strip(strip, low_path.low(strip.length, 1.65))
+    path = low_path.low(strip.length, 1.65)
+    found = assess_strip(strip, path)
     (event,) = found.events
     assert event.kind == SNAP
-    x, z = event.place
+    x, z = path.position(event.travelled)
     assert z == pytest.approx(1.65)
     assert x + 7.0 == pytest.approx(elastica.critical(1.65).advance, abs=0.01)
     slope = (elastica.critical(1.66).advance - elastica.critical(1.64).advance) / 0.02
     assert event.angle == pytest.approx(np.degrees(np.arctan(1.0 / slope)), abs=0.5)
-
-
-@pytest.mark.parametrize(("length", "height"), [(12.0, 1.2), (9.6, 0.6)])
-def test_how_far_the_layer_slides(length: float, height: float) -> None:
-    """The formula of the touch against a rod on the whole path: the way of the point that touches first."""
-    found = assess_strip(StripModel(length, 0.02, kind="rod"), low_path.low(length, height))
-    assert low_path.layer_slide(length, height) == pytest.approx(_slide(found), abs=0.03)
-
-
-def test_a_short_strip_on_the_triangular_path_slides_less_than_its_unit() -> None:
-    """On no path can it slide less than from a touch at the touch limit."""
-    length = 9.8
-    slide = _slide(assess_strip(StripModel(length, 0.02, kind="rod"), triangular(length)))
-    assert low_path.layer_slide(length, elastica.touch_limit() * (1.0 - 1e-9)) < slide < 1.0
-
-
-def _slide(found: Assessment) -> float:
-    assert found.stable
-    problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
-    place = problem.model.s[columns_on_floor(problem.model, point)][:1]
-    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.last))
-    return float(rest - first)
-
-
-def test_a_film_only_of_a_path_that_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    material = {"length": 0.42, "eta_b": 3780.0, "eta_m": 1e-3, "nu": 0.0, "rho_a": 1.0}
-    film = tmp_path / "low.mp4"
-    with monkeypatch.context() as patched:
-        patched.setattr(folding, "low", lambda strip, height: paths.low(strip, 1.7 * height))
-        with pytest.raises(SolveError, match="does not follow"):
-            folding.low_path_film(material, 9.81, [str(film)], lambda _: None)
-    assert not any(tmp_path.iterdir())
-    folding.low_path_film(material, 9.81, [str(film)], lambda _: None)
-    assert film.stat().st_size > 10_000

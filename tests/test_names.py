@@ -3,93 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
-from PIL import Image
-from test_vision_recording import ENTRIES
 
-import made_up
-from stripfold.base.validation import read_yaml
 from stripfold.cli import main
-from stripfold.draw import film
-from stripfold.draw.save import save_as
-from stripfold.draw.style import figure
-from stripfold.files import schema, store
-from stripfold.files.tables import read_table
-from stripfold.film import video
-from stripfold.synthetic.scene import Filming
-from stripfold.synthetic.video import encode
-
-HOSTILE = {
-    "protocol": "a:b",
-    "address": "http:",
-    "chained address": "a::b",
-    "option": "-y",
-    "home": "~",
-    "number": "%d",
-    "braces": "{1}",
-    "glob": "[a]*?",
-    "quotes": "a'b\"c",
-    "lines": "a\nb",
-    "not ASCII": "Gewebe_é_布",
-    "long": "a" * 200,
-    "blanks": " a b",
-    "shell": "$a`b`",
-    "escape": "\x1b[31m",
-}
-
-
-def netcdf(name: str) -> None:
-    store.write(schema.dataset({"lambda_c": ((), 0.3)}), f"{name}.nc", title="made up")
-    assert float(store.read(f"{name}.nc").lambda_c) == 0.3
-
-
-def drawn_film(name: str) -> None:
-    film.film(made_up.collapse(), f"{name}.mp4")
-    with video.read(f"{name}.mp4") as frames:
-        assert len(list(frames)) > 1
-
-
-def recorded_film(name: str) -> None:
-    filming = Filming(size=(64, 64))
-    encode(Path(f"{name}.mkv"), [np.zeros((64, 64), np.uint8)] * 2, [0, 33], filming, False)
-    with video.read(f"{name}.mkv") as frames:
-        assert len(list(frames)) == 2
-
-
-def frames(name: str) -> None:
-    Path(name).mkdir()
-    Image.new("L", (64, 64)).save(Path(name, f"{Path(name).name}.png"))
-    Path(f"{name}.csv").write_text("frame,t\n0,0\n")
-    with video.read(name, f"{name}.csv") as frames:
-        assert len(list(frames)) == 1
-
-
-def drawing(name: str) -> None:
-    save_as(figure(1.0), f"{name}.png")
-
-
-def tables(name: str) -> None:
-    Path(f"{name}.csv").write_text("t,x,z\n0,0,0\n")
-    assert read_table("path", Path(f"{name}.csv"), "t,x,z", (1, 1)).numbers().shape == (1, 3)
-    store.write_text("a: 1", f"{name}.yaml")
-    assert read_yaml(f"{name}.yaml", "file", "a: 1") == {"a": 1}
-
-
-@pytest.mark.parametrize("name", HOSTILE.values(), ids=HOSTILE)
-@pytest.mark.parametrize("use", [netcdf, drawn_film, recorded_film, frames, drawing, tables])
-def test_a_relative_name_is_a_name_to_all_libraries(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, use: Callable[[str], None], name: str
-) -> None:
-    monkeypatch.setattr(film, "FPS", 1)
-    monkeypatch.chdir(tmp_path)
-    Path(name).mkdir()
-    use(f"{name}/{name}")
-    assert os.listdir() == [name]
+from test_film_measure import ENTRIES
 
 
 @pytest.mark.parametrize(

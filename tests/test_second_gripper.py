@@ -15,14 +15,14 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.files import store
-from stripfold.follow.static import End, StripModel, XRun
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End, Track
 from stripfold.strip.problem import AlongX, TwoGrippers
-from studies import second_gripper
 
 ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]
 
 
-def advance(run: XRun, free: float) -> float:
+def advance(run: Track, free: float) -> float:
     """The advance with this free length: the elastica of two spans, forces and lambda as parameters.
 
     A span is angle, curvature, X and Z over the arc length, from lift-off to the held place and from there on.
@@ -121,11 +121,3 @@ def test_no_such_place(place: object) -> None:
     with pytest.raises(InvalidInputError) as refused:
         sf.Strip(length=0.6, eta_b=3780.0).critical(0.09, model="rod", second_gripper=place)  # type: ignore[arg-type]
     assert refused.value.key.startswith("second_gripper")
-
-
-def test_study() -> None:
-    """At 5 L* places near the gripper do not help, the one that the mode tells does until the fold is made."""
-    data = second_gripper.run([5.0], 4, [0.3], 17.0, 0.0594).sel(gripper_height=5.0)
-    assert float(data["chosen_gain"]) == float(data["early_gain"][0]) == float(data["possible"])
-    np.testing.assert_array_equal(data["gain"] < 1.0, [True, False, False, False])
-    assert float(data["chosen_up"]) < 1.0

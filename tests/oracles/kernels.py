@@ -6,7 +6,6 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.solve.linear import Band
-from stripfold.strip import laws
 from stripfold.strip.rod import AT_BEND, AT_STRETCH, VISCOUS, Rod, hermite
 from stripfold.strip.solid import Solid
 
@@ -91,44 +90,54 @@ class SolidReference:
 
     def __init__(self, model: Solid) -> None:
         self.model = model
-        n_el, n_q = model.mesh.weights.shape
-        self.gradient = model.gradient_t.reshape(n_el, n_q, 2, 2, -1)
+        shape, self.weights = model.elements.shape, model.elements.stiffness
+        n_el, n_q, _, nodes = shape.shape
+        gradient = np.zeros((n_el, n_q, 2, 2, nodes, 2))
+        for i in range(2):
+            gradient[:, :, i, :, :, i] = shape
+        self.gradient = gradient.reshape(n_el, n_q, 2, 2, 2 * nodes)
+
+    def f(self, q: Array) -> Array:
+        """Deformation gradient at the quadrature points, shape (n_elements, n_quadrature, 2, 2)."""
+        return np.eye(2) + np.einsum("eqija,ea->eqij", self.gradient, q[self.model.element_unknowns])
+
+    def stress(self, strain: Array) -> Array:
+        """``C : E``."""
+        lam, mu = self.model.lame
+        return lam * np.trace(strain, axis1=2, axis2=3)[..., None, None] * np.eye(2) + 2.0 * mu * strain
 
     def energy(self, q: Array) -> float:
-        f = self.model.deformation_gradient(q)
-        return float(np.sum(self.model.mesh.weights * laws.svk_energy(f, self.model.lame)))
+        return 0.5 * self.strain_distance(np.zeros_like(q), q)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
-        f0, f1 = (self.model.deformation_gradient(q) for q in (q0, q1))
-        change = laws.green_lagrange(f1) - laws.green_lagrange(f0)
-        stress = laws.stress_of_strain(change, self.model.lame)
-        return float(np.einsum("eq,eqij,eqij", self.model.mesh.weights, stress, change))
+        change = green_lagrange(self.f(q1)) - green_lagrange(self.f(q0))
+        return float(np.einsum("eq,eqij,eqij", self.weights, self.stress(change), change))
 
     def predict_stress(self, q: Array, dq: Array) -> Array:
-        f = self.model.deformation_gradient(q)
-        df = np.einsum("eqija,ea->eqij", self.gradient, dq[self.model.mesh.element_unknowns])
-        ft_df = np.einsum("eqki,eqkj->eqij", f, df)
-        strain = laws.green_lagrange(f) + 0.5 * (ft_df + np.swapaxes(ft_df, -1, -2))
-        return laws.stress_of_strain(strain, self.model.lame)
+        f = self.f(q)
+        half = np.swapaxes(f, -1, -2) @ (self.f(dq) - np.eye(2))
+        return self.stress(green_lagrange(f) + 0.5 * (half + np.swapaxes(half, -1, -2)))
 
     def force_of(self, q: Array, stress: Array) -> Array:
-        return self._scatter(self.model.deformation_gradient(q) @ stress)
+        return self._scatter(self.f(q) @ stress)
 
     def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
-        f, lame = self.model.deformation_gradient(q), self.model.lame
-        return self._scatter(laws.svk_stress(f, lame)), self._band(laws.svk_tangent(f, lame, predicted_stress))
+        return self._over_step(q, q, 1.0, 1.0, predicted_stress)
 
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band]:
-        lame = self.model.lame
-        f0, f1 = self.model.deformation_gradient(q0), self.model.deformation_gradient(q1)
+        return self._over_step(q0, q1, 0.5 + kappa, 0.5, predicted_stress)
+
+    def _over_step(
+        self, q0: Array, q1: Array, share: float, half: float, predicted: Array | None
+    ) -> tuple[Array, Band]:
+        lam, mu = (share * value for value in self.model.lame)
+        f0, f1, one = self.f(q0), self.f(q1), np.eye(2)
         middle = 0.5 * (f0 + f1)
-        s0, s1 = (laws.stress_of_strain(laws.green_lagrange(f), lame) for f in (f0, f1))
-        share = 0.5 + kappa
+        s0, s1 = (self.stress(green_lagrange(f)) for f in (f0, f1))
         stress = middle @ ((1.0 - share) * s0 + share * s1)
-        geometric = 0.5 * ((1.0 - share) * s0 + share * (s1 if predicted_stress is None else predicted_stress))
-        one, lam, mu = np.eye(2), share * lame.lam, share * lame.mu
+        geometric = half * ((1.0 - share) * s0 + share * (s1 if predicted is None else predicted))
         rate = (
             lam * np.einsum("eqij,eqkm->eqijkm", middle, f1)
             + mu * np.einsum("eqia,eqka,jm->eqijkm", middle, f1, one)
@@ -138,9 +147,16 @@ class SolidReference:
         return self._scatter(stress), self._band(rate)
 
     def _scatter(self, stress: Array) -> Array:
-        local = np.einsum("eq,eqij,eqija->ea", self.model.mesh.weights, stress, self.gradient)
-        return np.bincount(self.model.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.model.size)
+        local = np.einsum("eq,eqij,eqija->ea", self.weights, stress, self.gradient)
+        return np.bincount(self.model.element_unknowns.ravel(), local.ravel(), minlength=self.model.size)
 
     def _band(self, rate: Array) -> Band:
-        weights, g = self.model.mesh.weights, self.gradient
-        return self.model.pattern.assemble(np.einsum("eq,eqija,eqijkm,eqkmb->eab", weights, g, rate, g, optimize=True))
+        g = self.gradient
+        return self.model.pattern.assemble(
+            np.einsum("eq,eqija,eqijkm,eqkmb->eab", self.weights, g, rate, g, optimize=True)
+        )
+
+
+def green_lagrange(f: Array) -> Array:
+    """``(F^T F - I) / 2``."""
+    return 0.5 * (np.swapaxes(f, -1, -2) @ f - np.eye(2))

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from oracles.dense import Dense
+from oracles.motions import WithoutMemory
 from stripfold.base.arrays import Array, Index
-from studies.integrators import WithoutMemory
 
 NONE = np.zeros(0, dtype=np.intp)
 

@@ -11,8 +11,9 @@ from scipy.interpolate import RegularGridInterpolator
 from plots.readers import chosen, evenly, travel
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.phases import FALL
 from stripfold.draw.readers import require, states_of
-from tasks.states import FALL, PHASES, STATIC
+from tasks.assess_data import STATIC
 
 _NAMES = ("pseudo_time", "x", "z", "arc")
 _ALLOWED = "states of a strip on a folding path, static or in a fall"
@@ -70,13 +71,13 @@ class PostCriticalBranch:
 
 
 def parts(data: xr.Dataset) -> list[Part]:
-    """The parts, in order, of a dataset with the layout of :func:`tasks.states.dataset`.
+    """The parts, in order, of a dataset with the layout of :func:`tasks.assess_data.states`.
 
     Raises InvalidInputError: it holds something else, or no states.
     """
     require(data, ("phase", "part", *_NAMES), _ALLOWED)
     phase, number = data["phase"].values.astype(str), data["part"].values
-    if not set(phase) <= set(PHASES):
+    if not set(phase) <= {STATIC, FALL}:
         raise InvalidInputError("data", f"phases {', '.join(sorted(set(phase)))}", _ALLOWED)
     found = []
     for i in np.unique(number):

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from stripfold.ask.simulation import Simulation
+from stripfold.ask import collapse as analysis
+from stripfold.ask.inputs import Simulation
 from stripfold.draw import film as films
-from stripfold.follow import collapse as analysis
 
 
 def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:

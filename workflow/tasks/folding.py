@@ -9,9 +9,9 @@ from typing import Any
 import xarray as xr
 
 from stripfold import Strip
-from stripfold.ask.simulation import Release
+from stripfold.ask import collapse
+from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
-from stripfold.follow import collapse
 from stripfold.paths import low
 from tasks import assess_data, post_critical
 from tasks import friction as needed_friction

@@ -5,31 +5,27 @@ In units of L*, g/L* and rho_a g L*; :func:`run` converts to SI.  See docs/physi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from itertools import chain
-from math import exp, inf, nan, sqrt
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from math import exp
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stripfold.ask.friction_needed import bisected
 from stripfold.base.arrays import Array
-from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
 from stripfold.files import schema
-from stripfold.follow.collapse import nodes
 from stripfold.follow.contact import touch_position
-from stripfold.follow.contact_branch import Planned
-from stripfold.follow.path_friction import Step, effects_of, load_incrementally
-from stripfold.follow.release import Progress
-from stripfold.follow.static import StripModel
+from stripfold.follow.contact_branch import BranchPoint, Planned
+from stripfold.follow.fall import Progress
+from stripfold.follow.memory import effects_of, load, load_path, steps_on
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End, Track, nodes, on_mesh
 from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.solve import continuation
-from stripfold.solve.problem import Equilibrium
-from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.effects import Pull
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,78 +41,15 @@ NARROW = 1.1
 """Ratio of the bracket's ends at which the search ends."""
 FIRST_RATIO = 1.095
 """Ratio of the second strength tried to the first: with a good guess both are the bracket."""
-MOST_TRIALS = 30
 
 
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """What is kept of a step: without its effects, whose elements would fill the memory.
+class Needed(NamedTuple):
+    """A strength too weak for a plan to be followed to its first touch, one that suffices, and the track with it."""
 
-    ``pull`` is the force of the paper's pull, rho_a g L*; 0 without it.
-    """
-
-    mesh: ContactMesh
-    motion: Motion
-    state: Equilibrium
-    pull: float
-
-    @classmethod
-    def of(cls, step: Step) -> Sample:
-        """Of a step."""
-        problem, at = step.at.problem, step.at
-        effects = problem.at(at.contact).effects
-        pull = sum(effect.pulling_force(at.u) for effect in effects if isinstance(effect, Pull))
-        return cls(problem.mesh, problem.motion, at.point.state, pull)
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """An R-path followed with friction to the first touch.
-
-    Attributes
-    ----------
-    law, strength, step
-        One of :data:`LAWS`; k_f in g/L* or M_0 in rho_a g L*^2; size of the steps, L*.
-    steps, rest
-        The accepted steps, the last one touches; and those beyond it, which are computed when asked for.
-    touch_x
-        Where it touches, L*; nan without a touch.
-    lost
-        Why it ended before; empty if it did not.
-    """
-
-    law: str
-    strength: float
-    step: float
-    steps: tuple[Sample, ...]
-    rest: Iterable[Sample]
+    fails: float
+    suffices: float
+    track: Track
     touch_x: float
-    lost: str = ""
-
-    @property
-    def touch(self) -> int:
-        """Index of the step that touches."""
-        return len(self.steps) - 1
-
-    def followed(self, plan: RPath) -> bool:
-        """Whether it first touches at the planned place."""
-        return abs(self.touch_x - plan.first_touch) < FOLLOWED
-
-
-def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float) -> Run:
-    """Follow an R-path from the flat strip to its first touch."""
-    rest = load_incrementally(mesh, plan.path, effects_of(law, strength), step)
-    steps: list[Sample] = []
-    try:
-        for new in rest:
-            steps.append(Sample.of(new))
-            if new.touches:
-                problem, point = new.on_mesh
-                touch_x = touch_position(problem.model, point)
-                return Run(law, strength, step, tuple(steps), map(Sample.of, rest), touch_x)
-    except LostStabilityError as error:
-        return Run(law, strength, step, tuple(steps), (), nan, str(error))
-    raise SolveError("the strip has come to the end of the path without a touch")
 
 
 def first_guess(mesh: Planned, law: str, step: float) -> float:
@@ -125,29 +58,25 @@ def first_guess(mesh: Planned, law: str, step: float) -> float:
     return factor * model.thickness**1.5 * exp(-decay / model.length) / (step if law == "pull" else 1.0)
 
 
-def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, Run]:
-    """A strength too weak for the plan to be followed to its first touch, and a run with one that suffices.
+def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> Needed:
+    """The smallest strength with which the first touch is the planned one.
 
-    Raises SolveError: when none does.
+    ``law``: one of :data:`LAWS`.  ``step``: size of the steps, L*.  The strengths are k_f in g/L* or M_0 in
+    rho_a g L*^2.  Raises SolveError: when none does.
     """
-    strength = first_guess(mesh, law, step)
-    fails, suffices, found, ratio = 0.0, inf, None, FIRST_RATIO
-    for _ in range(MOST_TRIALS):
-        tried = follow(mesh, plan, law, strength, step)
-        if tried.followed(plan):
-            suffices, found = strength, tried
-        else:
-            fails = strength
-        if found and suffices <= NARROW * fails:
-            return fails, found
-        if fails and found:
-            strength = sqrt(fails * suffices)
-        else:
-            strength = strength / ratio if found else strength * ratio
-            ratio *= ratio
-    raise SolveError(
-        f"no {law} friction between {fails:.3g} and {suffices:.3g} was found with which the plan is followed"
-    )
+
+    def followed(strength: float) -> tuple[Track, float] | None:
+        track = load_path(mesh, plan.path, effects_of(law, strength), step, until="touch")
+        if track.end is End.SNAP:
+            return None
+        if track.end is not End.TOUCH:
+            raise SolveError("the strip has come to the end of the path without a touch")
+        problem, point = on_mesh(track.last)
+        x = touch_position(problem.model, point)
+        return (track, x) if abs(x - plan.first_touch) < FOLLOWED else None
+
+    fails, suffices, (track, x) = bisected(followed, first_guess(mesh, law, step), FIRST_RATIO, NARROW)
+    return Needed(fails, suffices, track, x)
 
 
 OF_STRIP = ("eta_b", "gravity_length", "relative_length", "step", "k_f", "M_0", "planned_touch_x")
@@ -171,30 +100,31 @@ def run(
     plan = plan_r_path(strip.length)
     mesh = strip.contact_mesh(refinement, memory=True)
     arc = nodes(strip.length)
-    brackets, runs, steps = [], [], []
+    found, rows = [], []
     for law in LAWS:
         say(f"{law}: looking for the smallest that suffices")
-        fails, found = smallest(mesh, plan, law, step)
-        say(f"{law}: {found.strength:.4g}, first touch at {found.touch_x:.4g} L*")
-        brackets.append((fails, found.strength))
-        runs.append(found)
-        try:
-            steps.append([_of_step(new, plan, arc) for new in chain(found.steps, found.rest)])
-        except LostStabilityError as error:
-            raise SolveError(f"the path was followed to its first touch only: {error}") from error
+        needed = smallest(mesh, plan, law, step)
+        say(f"{law}: {needed.suffices:.4g}, first touch at {needed.touch_x:.4g} L*")
+        found.append(needed)
+        last = needed.track.last
+        places = [place for place in steps_on(plan.path, strip.length, step) if place[1] > last.point.lam + 1e-9]
+        rest = load(last, places)
+        if rest.end is not End.PATH:
+            raise SolveError("the path was followed to its first touch only", parameter=rest.lam)
+        rows.append([_of_step(at, plan, arc) for at in needed.track.then(rest).points if isinstance(at, BranchPoint)])
     values = {
-        "fails": ("law", [b[0] for b in brackets]),
-        "suffices": ("law", [b[1] for b in brackets]),
-        "touch_x": ("law", [r.touch_x for r in runs]),
-        "touch_step": ("law", [float(r.touch) for r in runs]),
-        **_of_steps(steps),
+        "fails": ("law", [needed.fails for needed in found]),
+        "suffices": ("law", [needed.suffices for needed in found]),
+        "touch_x": ("law", [needed.touch_x for needed in found]),
+        "touch_step": ("law", [len(needed.track.points) - 1.0 for needed in found]),
+        **_of_steps(rows),
         "arc": ("node", arc),
         "law": ("law", LAWS),
     }
     attrs = {
         "step": step,
-        "k_f": brackets[0][1],
-        "M_0": brackets[1][1],
+        "k_f": found[0].suffices,
+        "M_0": found[1].suffices,
         "relative_length": strip.length,
         "planned_touch_x": plan.first_touch,
         "landing_x": plan.landing,
@@ -213,20 +143,22 @@ def _of_steps(runs: list[list[dict[str, float | Array]]]) -> dict[str, Any]:
     return out
 
 
-def _of_step(step: Sample, plan: RPath, arc: Array) -> dict[str, float | Array]:
+def _of_step(at: BranchPoint, plan: RPath, arc: Array) -> dict[str, float | Array]:
     """Values of a step, in solver units; ``arc``: distances from the grasped end of places on the strip, L*."""
-    problem, state = MovingContact(step.mesh, step.motion), step.state
-    model, lam = problem.at(problem.contact(state.q)).model, state.lam
+    state, model, lam = at.point.state, at.model, at.point.lam
     grip = float(np.linalg.norm(state.force[model.middle[0]]))
-    place = model.resampled_mid_surface(state.q[: problem.n], arc)
+    place = at.mid_surface(arc)
+    effects = at.problem.at(at.contact).effects
+    pull = sum(effect.pulling_force(at.u) for effect in effects if isinstance(effect, Pull))
+    bare = MovingContact(at.problem.mesh, at.problem.motion)
     return {
         "travelled": lam,
         "pseudo_time": plan.path.pseudo_time(lam),
         "gripper_force": grip,
-        "pulling_force": step.pull,
-        "ratio": step.pull / grip,
+        "pulling_force": pull,
+        "ratio": pull / grip,
         # The strip's own: negative where only friction holds it.
-        "eigenvalue": float(continuation.eigenvalues(problem, state)[0][0]),
+        "eigenvalue": float(continuation.eigenvalues(bare, state)[0][0]),
         "deviation": float(np.linalg.norm(place - plan.mid_surface(lam, arc), axis=1).max()),
         "x": place[:, 0],
         "z": place[:, 1],

@@ -7,7 +7,8 @@ of L*.  Source: docs/physics.md, section 5.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from math import nan
 from typing import TYPE_CHECKING
 
 from stripfold.base.errors import SolveError
@@ -16,14 +17,14 @@ from stripfold.files import schema
 from stripfold.follow.contact_branch import STEPS, BranchPoint, solved
 from stripfold.follow.contact_events import clearance
 from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.path_statics import State, StaticSegment, follow
-from stripfold.follow.release import Fall, Motion, Progress, ReleaseState, at_rest, simulate_fall
-from stripfold.follow.static import StripModel, XRun, solve_height
+from stripfold.follow.fall import Fall, Progress, ReleaseState, at_rest, simulate_fall
+from stripfold.follow.statics import StripModel, follow, solve_height
+from stripfold.follow.track import Track
 from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.solve.continuation import step_to
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath
-from tasks.states import dataset, rows_of_motion, rows_of_segment
+from tasks.assess_data import states
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,42 +37,26 @@ CARRY = 1
 """Index of the piece on which it happens."""
 
 
-@dataclass(frozen=True, eq=False)
-class PostCriticalBranch:
-    """One branch: the fall, and the statics along the path from the state at rest."""
-
-    sign: float
-    motion: Motion
-    after: StaticSegment
-
-
-@dataclass(frozen=True, eq=False)
-class PostCriticalBranches:
-    """The unstable planned state, on the mesh of the falls, and both branches."""
-
-    start: State
-    branches: tuple[PostCriticalBranch, ...]
-
-
 def follow_both_branches(
     strip: StripModel, plan: RPath, fall: Fall, refinement: float = 1.0, progress: Progress | None = None
-) -> PostCriticalBranches:
+) -> tuple[Track, Track]:
     """Release the planned state in both directions, gripper held, and follow the path from the states at rest.
 
-    Raises SolveError: there is no unstable planned state, or a part could not be computed.
+    Each branch is a fall and statics, the one of the disturbance as given first.  Raises SolveError: there is no
+    unstable planned state, or a part could not be computed.
     """
     say = progress or (lambda _: None)
     mesh = strip.contact_mesh(refinement)
     travelled = plan.path.pieces[CARRY].end - BEFORE_TOUCH
     say("looking for the unstable planned state")
     problem, start = on_nodes(planned_unstable(strip, plan, travelled, refinement), refinement)
-    ways = []
-    for sign in (1.0, -1.0):
+
+    def branch(disturbance: float) -> Track:
         release = ReleaseState(problem, start, start.mode, 0.0)
-        motion = simulate_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
-        after = follow(mesh, plan.path, strip.length, at_rest(mesh, motion), CARRY)
-        ways.append(PostCriticalBranch(sign, motion, after))
-    return PostCriticalBranches((problem, start), tuple(ways))
+        motion = simulate_fall(release, replace(fall, disturbance=disturbance), progress=say)
+        return motion.then(follow(mesh, plan.path, strip.length, at_rest(mesh, motion), CARRY))
+
+    return branch(abs(fall.disturbance)), branch(-abs(fall.disturbance))
 
 
 def planned_unstable(strip: StripModel, plan: RPath, travelled: float, refinement: float = 1.0) -> BranchPoint:
@@ -89,10 +74,9 @@ def planned_unstable(strip: StripModel, plan: RPath, travelled: float, refinemen
     return at
 
 
-def _at(run: XRun, lam: float) -> BranchPoint:
+def _at(run: Track, lam: float) -> BranchPoint:
     """The point of the unstable branch at an advance."""
-    points = [at for at in run.points if run.critical is not None and at.point.arc >= run.critical.after.arc]
-    ahead = [at for at in points if at.point.lam >= lam and at.point.tangent.lam < 0.0]
+    ahead = [at for at in run.beyond if at.point.lam >= lam and at.point.tangent.lam < 0.0]
     if not ahead:
         words = "there is no unstable planned state: the path lies outside the stability boundary"
         raise SolveError(words, parameter=lam)
@@ -103,7 +87,7 @@ def _at(run: XRun, lam: float) -> BranchPoint:
 def two_ways(
     material: Material, length: float, fall: Fall, refinement: float, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Both branches, over ``state`` and ``node`` as :func:`.states.dataset`, with ``way``: 0 or 1.
+    """Both branches, over ``state`` and ``node`` as :func:`.assess_data.states`, with ``way``: 0 or 1.
 
     Where there is no unstable planned state the dataset is empty and its attribute ``reason`` says so.
     """
@@ -114,20 +98,16 @@ def two_ways(
         ways = follow_both_branches(strip, plan, fall, refinement, progress)
     except SolveError as error:
         return schema.dataset({}, {**material.attributes, "length": length, "reason": str(error)})
-    rows, way, touches = [], [], []
-    for i, direction in enumerate(ways.branches):
-        new = rows_of_motion(direction.motion, 2 * i)
-        new += rows_of_segment(direction.after, 2 * i + 1)
-        rows += new
-        way += [float(i)] * len(new)
-        touches.append(direction.motion.touch_x)
-    data = dataset(rows, plan.path, material).merge(schema.dataset({"way": ("state", way)}))
+    first, second = ways
+    data = states(first.then(second), plan.path, material)
+    data = data.merge(schema.dataset({"way": ("state", data["part"].values // 2.0)}))
+    touches = [track.touch for track in ways]
     return data.assign_attrs(
         length=length,
         reason="",
-        signs=[direction.sign for direction in ways.branches],
-        touch_x=[unit * x for x in touches],
-        ends=[unit * direction.after.states[-1][1].lam for direction in ways.branches],
+        signs=[1.0, -1.0],
+        touch_x=[unit * touch.x if touch and touch.fell else nan for touch in touches],
+        ends=[unit * track.points[-1].point.lam for track in ways],
         landing_x=unit * plan.landing,
         planned_touch_x=unit * plan.first_touch,
     )

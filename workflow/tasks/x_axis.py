@@ -7,9 +7,7 @@ Stored in SI.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,36 +17,24 @@ from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.files import schema
 from stripfold.files.schema import Variable
-from stripfold.follow.collapse import node_weights
-from stripfold.follow.static import End, StripModel, XRun, along_x, lift
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.statics import StripModel, along_x, lift
+from stripfold.follow.track import End, Track, node_weights
 from stripfold.solve.critical import CriticalPoint
-from tasks.diagnostics import Record, record
 
 if TYPE_CHECKING:
     import xarray as xr
 
-RECORDED = (
-    "negatives",
-    "newton_iterations",
-    "residual",
-    "contacts",
-    "minimal_gap",
-    "force_x",
-    "force_z",
-    "elastic_energy",
-    "gravity_energy",
-    "first_integral_error",
-)
-"""Diagnostics of each state that are stored as they are."""
+NEAR_END = 0.01
+"""Share of the first element over which the direction of the grasped end is taken."""
 
 
-@dataclass(frozen=True)
-class HeightResult:
-    """Result at one height, in solver units: the run, its records, and the error of lambda at its end."""
+class HeightResult(NamedTuple):
+    """Result at one height, in solver units: the run, its states with those past a snap, and the error of lambda."""
 
     height: float
-    run: XRun
-    records: tuple[Record, ...]
+    run: Track
+    points: tuple[BranchPoint, ...]
     error: float
 
 
@@ -64,7 +50,8 @@ def at_heights(
         fine = along_x(start, height)
         coarse = along_x(start, height, strip.contact_mesh(select_model.COARSER * refinement), past=0.0)
         error = select_model.error(strip.kind, refinement, fine.lam, coarse.lam, fine.slack)
-        out.append(HeightResult(height, fine, tuple(record(at) for at in fine.points), error))
+        points = tuple(at for at in (*fine.points, *fine.beyond) if isinstance(at, BranchPoint))
+        out.append(HeightResult(height, fine, points, error))
         if progress:
             progress(f"z = {height:g} L*: {fine.end.value}")
     return out
@@ -75,8 +62,8 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
 
     ``material``: supplies the scales; ``length``: length of the strip, m; ``results``: from :func:`at_heights`.
     """
-    n_step = max(len(r.records) for r in results)
-    n_node = max(len(_nodes(r.run)) for r in results)
+    n_step = max(len(r.points) for r in results)
+    n_node = max(len(r.run.last.model.s) for r in results)
 
     def per_height(get: Callable[[HeightResult], float]) -> Array:
         return np.array([get(r) for r in results], dtype=float)
@@ -84,19 +71,13 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     def critical(get: Callable[[CriticalPoint], float]) -> Array:
         return per_height(lambda r: get(r.run.critical) if r.run.critical else np.nan)
 
-    def per_step(get: Callable[[Record], float]) -> Array:
-        rows = np.full((len(results), n_step), np.nan)
-        for row, result in zip(rows, results, strict=True):
-            row[: len(result.records)] = [get(x) for x in result.records]
-        return rows
-
     shape = (len(results), n_step, n_node)
     x, z = np.full(shape, np.nan), np.full(shape, np.nan)
     s, mode = np.full(shape[::2], np.nan), np.full((*shape[::2], 2), np.nan)
     for i, result in enumerate(results):
-        at = _nodes(result.run)
+        at = result.run.last.model.s
         s[i, : len(at)] = at
-        for j, point in enumerate(result.run.points):
+        for j, point in enumerate(result.points):
             x[i, j, : len(at)], z[i, j, : len(at)] = point.mid_surface(at).T
         if result.run.critical:
             mode[i, : len(at)] = result.run.critical.mode[result.run.last.model.middle]
@@ -108,7 +89,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     heights: dict[str, Array] = {
         "gripper_height": per_height(lambda r: r.height),
         "snap": snap.astype(np.int8),
-        "lambda_0": per_height(lambda r: r.run.lambda_0),
+        "lambda_0": per_height(lambda r: r.points[0].point.lam),
         "lambda_end": end,
         "lambda_c": np.where(snap > 0.0, end, np.nan),
         "lambda_c_lower": critical(lambda c: c.lower),
@@ -119,14 +100,11 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         "free_length": per_height(lambda r: r.run.free_length),
         "elements": per_height(lambda r: len(r.run.last.model.ends) - 1),
     }
-    steps: dict[str, Array] = {
-        "advance": per_step(lambda x: x.lam),
-        "tangent_lambda": per_step(lambda x: x.tangent_lam),
-        "eigenvalue_1": per_step(lambda x: float(x.eigenvalues[0])),
-        "eigenvalue_2": per_step(lambda x: float(x.eigenvalues[1])),
-        "deflection": deflection,
-        **{name: per_step(attrgetter(name)) for name in RECORDED},
-    }
+    steps: dict[str, Array] = {"deflection": deflection}
+    for i, result in enumerate(results):
+        for j, point in enumerate(result.points):
+            for name, value in diagnostics(point).items():
+                steps.setdefault(name, np.full(shape[:2], np.nan))[i, j] = value
     nodes, node = ("gripper_height", "step", "node"), ("gripper_height", "node")
     return schema.dataset(
         {
@@ -141,11 +119,6 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     )
 
 
-def _nodes(run: XRun) -> Array:
-    """The mid-surface nodes of the last state, at which all states are stored."""
-    return run.last.model.s
-
-
 def _node_weights(s: Array) -> Array:
     """Share of each node in the length of its strip, shape of ``s``, zero where padded."""
     weights = np.zeros_like(s)
@@ -153,6 +126,56 @@ def _node_weights(s: Array) -> Array:
         n = int(np.isfinite(row).sum())
         out[:n] = node_weights(row[:n]) / row[n - 1]
     return weights
+
+
+def diagnostics(at: BranchPoint) -> dict[str, float]:
+    """Diagnostics of a point; lengths in L*, forces in rho_a g L*, energies in rho_a g L*^2 per width.
+
+    Forces follow docs/physics.md, section 4: X points from the lying part to the free part, towards -x, and
+    ``(F_x, F_z)`` is the force across a section that the part nearer the gripper exerts on the rest.
+    """
+    problem, point = at.problem.on_mesh(at.point)
+    model, q = problem.model, point.q
+    middle = model.mid_surface(q)
+    # The gripper's force on the strip, in the paper's frame.
+    gripper_x, gripper_z = problem.residual(q, point.lam)[model.middle[0]]
+    # The elastica's X axis points the other way.
+    force_x, force_z = -gripper_x, gripper_z
+    near = NEAR_END * model.ends[1] * np.arange(3.0)
+    tangent = _end_tangent(near, model.resampled_mid_surface(q, near))
+    along = -tangent[0] * force_x + tangent[1] * force_z
+    return {
+        "advance": point.lam,
+        "tangent_lambda": point.tangent.lam,
+        "eigenvalue_1": float(point.eigenvalues[0]),
+        "eigenvalue_2": float(point.eigenvalues[1]),
+        "negatives": point.negatives,
+        "newton_iterations": len(point.state.residuals) - 1,
+        "residual": point.state.residuals[-1],
+        "contacts": len(point.state.active),
+        "minimal_gap": float(np.min(q[problem.bounded] - problem.lower)),
+        "force_x": float(gripper_x),
+        "force_z": float(gripper_z),
+        "elastic_energy": model.energy(q),
+        "gravity_energy": float(model.weight @ q),
+        "first_integral_error": _first_integral(along, force_x, middle[0, 1], 12.0 / model.thickness**2),
+    }
+
+
+def _first_integral(along: float, force_x: float, height: float, membrane: float) -> float:
+    """``T + T^2/2EA - z - (F_x + F_x^2/2EA)`` with T the gripper's force along the tangent.
+
+    The elastica's integral (``docs/physics.md``, section 4) with the stretch energy of a strip that gives; zero in an
+    exact equilibrium.
+    """
+    return float(along + along**2 / (2.0 * membrane) - height - force_x - force_x**2 / (2.0 * membrane))
+
+
+def _end_tangent(s: Array, middle: Array) -> Array:
+    """Unit tangent at the gripper, pointing away from the lying part, by a parabola through the three end nodes."""
+    h1, h2 = s[1] - s[0], s[2] - s[0]
+    slope = (middle[1] - middle[0]) * h2 / (h1 * (h2 - h1)) - (middle[2] - middle[0]) * h1 / (h2 * (h2 - h1))
+    return np.asarray(-slope / np.linalg.norm(slope))
 
 
 def run(

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold.base.arrays import Array, Mask
-from stripfold.base.errors import LostStabilityError
 from stripfold.base.percent import Percent
 from stripfold.elastica.half_fold import states_no_horizontal_force
+from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_events import clearance
-from stripfold.follow.path_friction import STEP, Step, effects_of, load_incrementally_from, with_effects
-from stripfold.follow.path_statics import from_flat
-from stripfold.follow.static import End, StripModel
+from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_from, with_effects
+from stripfold.follow.statics import StripModel, from_flat
+from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
 from stripfold.strip.problem import AlongPath, Motion
 
@@ -55,9 +55,9 @@ def friction_boundary(length: float, moment: float, progress: Callable[[str], No
     """
     strip, done = StripModel(length, THICKNESS, kind="rod"), Percent(progress, "with friction")
     rows: list[tuple[float, float, bool]] = []
-    for step, height in _lifted(strip, moment):
+    for lifted, height in _lifted(strip, moment):
         done(height / length)
-        end, advance = _advanced(strip, step)
+        end, advance = _advanced(strip, lifted)
         if end is End.LIFTED:
             break
         rows.append((height, advance, end is End.SNAP))
@@ -65,7 +65,7 @@ def friction_boundary(length: float, moment: float, progress: Callable[[str], No
     return FrictionBoundary(np.array(heights), np.array(advances), np.array(snaps))
 
 
-def _lifted(strip: StripModel, moment: float) -> Iterator[tuple[Step, float]]:
+def _lifted(strip: StripModel, moment: float) -> Iterator[tuple[BranchPoint, float]]:
     """The states at the heights, each with its own, from which the gripper advances."""
     half = strip.length / 2.0
     line = [
@@ -80,36 +80,29 @@ def _lifted(strip: StripModel, moment: float) -> Iterator[tuple[Step, float]]:
     doubled = lam * 2.0 ** np.arange(1.0, max(np.log2(STEP / lam), 1.0))
     places = [*doubled, *np.arange(doubled[-1] + STEP, path.length, STEP)]
     least = LOWEST
-    for step in load_incrementally_from(first, ((motion, float(place)) for place in places)):
-        if step.at.contact[-1] > strip.length - LEAST_LYING:
+    for at in load_incrementally_from(first, ((motion, float(place)) for place in places)):
+        if at.contact[-1] > strip.length - LEAST_LYING:
             return
-        height = float(path.position(step.lam)[1])
+        height = float(path.position(at.point.lam)[1])
         if height >= least:
             least = RATIO * height
-            yield step, height
+            yield at, height
 
 
-def _advanced(strip: StripModel, lifted: Step) -> tuple[End, float]:
+def _advanced(strip: StripModel, lifted: BranchPoint) -> tuple[End, float]:
     """The end of the advance from a lifted state, and the advance there."""
-    x, z = lifted.at.problem.motion.values(lifted.lam)
+    lam = lifted.point.lam
+    x, z = lifted.problem.motion.values(lam)
     ends = np.array([(x, z), (x + strip.length, z)]) - (strip.length / 2.0, 0.0)
-    motion: Motion = AlongPath(Interpolated.through(ends, lifted.lam, "carry"), strip.length)
-    now = lifted
+    motion: Motion = AlongPath(Interpolated.through(ends, lam, "carry"), strip.length)
+    now = [lifted]
 
     def places() -> Iterator[tuple[Motion, float]]:
         while True:
-            sag, _ = clearance(now.at.problem, now.at.point.q)
+            at = now[-1]
+            sag, _ = clearance(at.problem, at.point.q)
             # Shorter ones near the touch, which is known to a step.
-            yield motion, now.lam + STEP * min(max(sag, STEP), 1.0)
+            yield motion, at.point.lam + STEP * min(max(sag, STEP), 1.0)
 
-    try:
-        for now in load_incrementally_from(lifted.at, places()):
-            if now.touches:
-                return End.TOUCH, float(motion.values(now.lam)[0])
-            if now.at.contact[-1] > strip.length - LEAST_LYING:
-                return End.LIFTED, float(motion.values(now.lam)[0])
-    except LostStabilityError as error:
-        if error.parameter is None:
-            raise
-        return End.SNAP, float(motion.values(error.parameter)[0])
-    raise AssertionError("the strip snaps, touches or is lifted")
+    found = load(lifted, places(), "touch", lifted=strip.length - LEAST_LYING, progress=now.append)
+    return found.end, float(motion.values(found.lam)[0])

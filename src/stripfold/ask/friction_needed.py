@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import sqrt
+from itertools import chain
+from math import inf, sqrt
+from typing import TypeVar
 
-from stripfold.base.errors import LostStabilityError
+from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
-from stripfold.follow.path_friction import effects_of, load_incrementally_from, steps_on, with_effects
-from stripfold.follow.path_statics import from_flat
-from stripfold.follow.static import StripModel
+from stripfold.follow.memory import effects_of, load, steps_on, with_effects
+from stripfold.follow.statics import StripModel, from_flat
+from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath
 from stripfold.strip.hysteresis import YIELD_CURVATURE
-from stripfold.strip.problem import Motion
 
 Followed = tuple[Material, float, GripperPath]
 """A strip, its length, m, and the path in its L*."""
@@ -30,6 +31,9 @@ whose sag comes down too late."""
 STEPS = {"lift": 1.0, "carry": 0.25, "roll": 0.05, "lay": 0.25}
 """Size of the steps in the phases of an R-path, L*: where the sag of a stiff strip comes down, a tenth of L* decides
 between a touch and a snap."""
+MOST_TRIALS = 30
+"""Strengths that are tried in a search."""
+Held = TypeVar("Held")
 REFINEMENT = 0.7
 """Factor on the elements' lengths: with longer ones what is needed is a fifth off."""
 
@@ -87,16 +91,34 @@ def holds(strip: Followed, moment: float, yield_curvature: float | None) -> bool
     effects = effects_of("hysteresis", moment / (material.force_scale * unit), kappa_y)
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
     first = with_effects(from_flat(model.contact_mesh(REFINEMENT, memory=True), path, model.length), effects)
-    try:
-        for step in load_incrementally_from(first, _places(path, model.length), locate=False):
-            if step.touches:
-                break
-    except LostStabilityError:
-        return False
-    return True
+    places = chain.from_iterable(
+        steps_on(replace(path, pieces=(piece,)), model.length, STEPS[piece.name]) for piece in path.pieces
+    )
+    return load(first, places, until="touch", locate=False).end is not End.SNAP
 
 
-def _places(path: GripperPath, length: float) -> Iterator[tuple[Motion, float]]:
-    """Where the steps end, with the gripper's motion there."""
-    for piece in path.pieces:
-        yield from steps_on(replace(path, pieces=(piece,)), length, STEPS[piece.name])
+def bisected(
+    holds_with: Callable[[float], Held | None], first: float, ratio: float = 1.1, narrow: float = 1.1, most: float = inf
+) -> tuple[float, float, Held]:
+    """Find the smallest friction that suffices: one that fails, one within ``narrow`` times it, and what it yields.
+
+    ``holds_with``: follows a path with a friction; None where it fails.  ``first``, ``ratio``: the one tried first, and
+    that of the second to it, whose square is the next.  ``most``: the largest that is tried.  Raises SolveError: none
+    is found.
+    """
+    fails, suffices, found, tried = 0.0, inf, None, first
+    for _ in range(MOST_TRIALS):
+        if (held := holds_with(tried)) is not None:
+            suffices, found = tried, held
+        else:
+            fails = tried
+        if found is not None and suffices <= narrow * fails:
+            return fails, suffices, found
+        if fails and found is not None:
+            tried = sqrt(fails * suffices)
+        else:
+            tried = tried / ratio if found is not None else tried * ratio
+            ratio *= ratio
+        if tried > most:
+            break
+    raise SolveError(f"no friction between {fails:.3g} and {suffices:.3g} was found with which the plan is followed")

@@ -11,23 +11,23 @@ from math import sqrt
 
 import numpy as np
 
-from stripfold.ask.inputs import FoldingPlan, Strip
-from stripfold.ask.simulation import Release
+from stripfold.ask.collapse import in_solver_units
+from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.elastica import folded_loop
-from stripfold.follow import path_in_time
-from stripfold.follow.assess import Followed, shape_error
-from stripfold.follow.collapse import in_solver_units, nodes
-from stripfold.follow.path_in_time import follow_in_time
-from stripfold.follow.static import StripModel
+from stripfold.follow import time
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import follow_in_time
+from stripfold.follow.track import StripState, nodes, shape_error
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import SPACING
+from stripfold.solve.dynamics import TimeState
 from stripfold.strip.hysteresis import YIELD_CURVATURE
 
-TIME_OPTIONS = replace(path_in_time.TIME_OPTIONS, tolerance=3e-4)
+TIME_OPTIONS = replace(time.TIME_OPTIONS, tolerance=3e-4)
 """Error per step, L*: with a third of it the deviation changes by less than a per cent, in two thirds more steps.
 Longer elements save as much, and where one leaves the floor or lands move the strip more than the gripper does."""
 ACCURATE = 0.1
@@ -72,9 +72,9 @@ class InTime:
 
 
 def in_time(
-    asked: FoldingPlan,
+    asked: PlanInputs,
     curves: Sequence[GripperPath],
-    static: Sequence[Sequence[Followed]],
+    static: Sequence[Sequence[StripState]],
     moment: float,
     progress: Callable[[str], None] | None = None,
 ) -> InTime | str:
@@ -118,10 +118,10 @@ def _rod(strip: Strip) -> StripModel:
 
 
 def _moved(
-    asked: FoldingPlan,
+    asked: PlanInputs,
     strip: Strip,
     path: GripperPath,
-    states: Sequence[Followed],
+    states: Sequence[StripState],
     moment: float,
     progress: Callable[[str], None] | None,
 ) -> PlannedMotion:
@@ -145,14 +145,14 @@ def _moved(
     away = deviations(states, found.states[:count], travelled[:count])
     farthest = int(np.argmax(away))
     x, z = unit * path.position(states[farthest][1].lam)
-    kinetic = max(state.energy.kinetic for _, state in found.states)
-    error = shape_error(found.problem, found.last, half_fold(strip.length_star))
+    kinetic = max(state.energy.kinetic for _, state in found.states if isinstance(state, TimeState))
+    error = shape_error(*found.states[-1], half_fold(strip.length_star))
     return PlannedMotion(
         unit * float(away[farthest]), float(x), float(z), material.scales["J m-1"] * kinetic, unit * error
     )
 
 
-def deviations(static: Sequence[Followed], moving: Sequence[Followed], travelled: Array) -> Array:
+def deviations(static: Sequence[StripState], moving: Sequence[StripState], travelled: Array) -> Array:
     """Largest distance of a strip in time from each of its static states, L*, shape (number of static states,).
 
     ``travelled``, shape (n,), are the lengths travelled at the states in time, which are close to each other: between

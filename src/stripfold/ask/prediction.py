@@ -10,9 +10,10 @@ from stripfold import elastica
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, from_elastica
 from stripfold.follow.contact_events import clearance, longest_free
-from stripfold.follow.static import LAMBDA_TOLERANCE, End, StripModel, XRun, to_the_end
-from stripfold.solve import critical, limit_point
-from stripfold.solve.limit_point import LimitPoint
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, static_track, to_the_end
+from stripfold.follow.track import CriticalEvent, End, Track
+from stripfold.solve import critical
+from stripfold.solve.critical import LimitPoint
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Tangent
 from stripfold.strip.moving_contact import MovingContact
@@ -62,14 +63,14 @@ class Snap:
         """lambda_c."""
         return self.limit.state.lam
 
-    def checked(self, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
+    def checked(self, tolerance: float = LAMBDA_TOLERANCE) -> Track:
         """The end of the advance, lambda_c to a bracket of ``tolerance``.
 
         Raises SolveError: see :func:`.critical.checked`.
         """
         found = critical.checked(self.problem, self.limit, tolerance, STEPS)
         before, after = (BranchPoint(self.problem, point) for point in (found.before, found.after))
-        return XRun((before, after), End.SNAP, found, before)
+        return static_track([before], End.SNAP, events=(CriticalEvent(found.lam, found, before),), beyond=(after,))
 
 
 def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> Snap:
@@ -83,7 +84,7 @@ def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 
     problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
     # There lambda stands still and the lift-off moves.
     towards = Tangent(problem.metric, 0.0)
-    limit = limit_point.solve(problem, q, last.advance, towards, problem.bounded, NEWTON)
+    limit = critical.limit_point(problem, q, last.advance, towards, problem.bounded, NEWTON)
     return as_first(Snap(problem, limit))
 
 
@@ -107,7 +108,7 @@ def _fitting(prediction: ElasticaPrediction, length: float) -> elastica.State:
 
 def end_of_advance(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
-) -> XRun:
+) -> Track:
     """The end of the advance, solved for or, where that fails, followed to; raises SolveError where that fails, too."""
     with suppress(SolveError):
         return snap(strip, prediction, refinement).checked(tolerance)
@@ -116,7 +117,7 @@ def end_of_advance(
 
 def from_near_the_end(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
-) -> XRun:
+) -> Track:
     """The end of the advance from a state shortly before it, predicted by the elastica.
 
     Raises SolveError: no state of this strip is near the predicted one or it may not be the first end, or the branch

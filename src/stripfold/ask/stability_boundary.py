@@ -8,8 +8,9 @@ import numpy as np
 
 from stripfold.ask.prediction import ElasticaPrediction, Snap, as_first, snap
 from stripfold.base.errors import SolveError
-from stripfold.follow.static import LAMBDA_TOLERANCE, StripModel, XRun
-from stripfold.solve import limit_point
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
+from stripfold.follow.track import Track
+from stripfold.solve import critical
 from stripfold.solve.problem import Tangent
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX
@@ -17,7 +18,7 @@ from stripfold.strip.problem import AlongX
 
 def stability_boundary(
     strips: Iterable[tuple[StripModel, float]], refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
-) -> Iterator[XRun]:
+) -> Iterator[Track]:
     """The critical points of strips and heights along a curve, each solved for from the last, and checked.
 
     The first, and each that is not found from the last, is solved for from the elastica's.
@@ -49,5 +50,5 @@ def _from(last: Snap, strip: StripModel, height: float, refinement: float) -> Sn
     guess = np.append(before.resampled(q[:n], mesh.model.s), contact)
     stress = before.resampled_stress(q[:n], mesh.model)
     towards = Tangent(problem.metric, 0.0)
-    limit = limit_point.solve(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
+    limit = critical.limit_point(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
     return as_first(Snap(problem, limit))

@@ -1,6 +1,6 @@
 """The strip, from which all that is computed starts; all numbers in SI.
 
-Results come from :mod:`.results` and :mod:`.path_assessment`; nothing heavy is imported before something is computed.
+Each question has its module in this folder; nothing heavy is imported before something is computed.
 """
 
 from __future__ import annotations
@@ -8,21 +8,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
-from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from stripfold.base.arguments import checked
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
 
 if TYPE_CHECKING:
-    from stripfold.ask.folding_plan import FoldingPlan
-    from stripfold.ask.inputs import Law, Model, MovingModel
-    from stripfold.ask.path_assessment import PathAssessment
-    from stripfold.ask.results import CriticalPoint, StripCollapse
-    from stripfold.ask.simulation import Release
-    from stripfold.ask.stability_map import StabilityMap
+    from stripfold.ask.assess import PathAssessment
+    from stripfold.ask.collapse import StripCollapse
+    from stripfold.ask.critical import CriticalPoint
+    from stripfold.ask.inputs import Law, Model, Release
+    from stripfold.ask.map import StabilityMap
+    from stripfold.ask.plan import FoldingPlan
+    from stripfold.base.quantities import MovingModel
+    from stripfold.base.validation import Input
     from stripfold.paths import FoldPath
+
+    M = TypeVar("M", bound=Input)
 
 Progress = Callable[[str], None]
 
@@ -123,19 +126,11 @@ class Strip:
         """
         from stripfold.ask.inputs import Scene
 
-        scene = Scene(
-            **asdict(self),
-            height=height,
-            model=model,
-            accuracy=accuracy,
-            law=law,
-            eta_b_uncertainty=eta_b_uncertainty,
-            second_gripper=second_gripper,
-        )
+        scene = self._asked(Scene, locals())
         scene.require_long_enough()
-        from stripfold.ask.results import CriticalPoint
+        from stripfold.ask.critical import find
 
-        return CriticalPoint.of(scene, progress)
+        return find(scene, progress)
 
     @checked
     def collapse(
@@ -172,7 +167,7 @@ class Strip:
         SolveError, TimeStepError
             A part could not be computed.
         """
-        from stripfold.ask.simulation import Release, Simulation
+        from stripfold.ask.inputs import Release, Simulation
         from stripfold.base.validation import within
 
         given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
@@ -180,7 +175,7 @@ class Strip:
             given |= Release.of({} if release is None else release).model_dump()
         given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
         simulation = Simulation.of(given)
-        from stripfold.ask.results import StripCollapse
+        from stripfold.ask.collapse import StripCollapse
 
         return StripCollapse.of(simulation, progress)
 
@@ -234,23 +229,17 @@ class Strip:
         SolveError
             Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
-        from stripfold.ask import inputs
+        from stripfold.ask.inputs import PathInputs
 
-        began = perf_counter()
         self._check_path(path)
-        asked = inputs.PathAssessment(
-            **asdict(self),
-            model=model,
-            fall=fall,
-            friction_moment=friction_moment,
-            pull=pull,
-            layer_friction=layer_friction,
-            step=step,
-            second_gripper=second_gripper,
-        )
-        from stripfold.ask.path_assessment import PathAssessment
+        asked = self._asked(PathInputs, locals())
+        from stripfold.ask.assess import assess
 
-        return PathAssessment.of(asked, path, began, progress)
+        return assess(asked, path, progress)
+
+    def _asked(self, model: type[M], arguments: Mapping[str, Any]) -> M:
+        """Make the inputs of a question from this strip and the arguments of a method."""
+        return model(**asdict(self), **{key: arguments[key] for key in arguments if key in model.model_fields})
 
     def _check_path(self, path: Any) -> None:
         from stripfold.paths import FoldPath
@@ -290,10 +279,10 @@ class Strip:
         >>> round(found.touch_limit, 5), bool(found.hangs(0.0, 0.1)), bool(found.hangs(0.1, 0.1))
         (0.04757, True, False)
         """
-        from stripfold.ask import inputs
-        from stripfold.ask.stability_map import StabilityMap
+        from stripfold.ask.inputs import MapInputs
+        from stripfold.ask.map import StabilityMap
 
-        return StabilityMap.of(inputs.StabilityMap(**asdict(self), friction_moment=friction_moment), progress)
+        return StabilityMap.of(self._asked(MapInputs, locals()), progress)
 
     @checked
     def plan(
@@ -340,17 +329,7 @@ class Strip:
         >>> found.path.name, round(found.margin, 5)
         ('low', 0.01477)
         """
-        from stripfold.ask import inputs
-        from stripfold.ask.folding_plan import FoldingPlan
+        from stripfold.ask.inputs import PlanInputs
+        from stripfold.ask.plan import FoldingPlan
 
-        asked = inputs.FoldingPlan(
-            **asdict(self),
-            eta_b_uncertainty=eta_b_uncertainty,
-            margin=margin,
-            layers_may_slide=layers_may_slide,
-            friction_moment=friction_moment,
-            yield_curvature=yield_curvature,
-            speed=speed,
-            acceleration=acceleration,
-        )
-        return FoldingPlan.of(asked, progress)
+        return FoldingPlan.of(self._asked(PlanInputs, locals()), progress)

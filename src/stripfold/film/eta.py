@@ -17,14 +17,16 @@ from math import isnan, nan, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from stripfold.ask.inputs import ETA_B, KES_B, KES_HB, EtaRequest
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Picture
 from stripfold.base.errors import InvalidInputError, TrackingError
+from stripfold.base.extras import require
 from stripfold.base.material import GRAVITY, Material
+from stripfold.base.quantities import ETA_B
 from stripfold.files import schema
 from stripfold.files.reporting import Result, Rows, metres
 from stripfold.film.fitted import TILT_ERROR
+from stripfold.film.request import KES_B, KES_HB, EtaRequest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,6 +97,7 @@ class EtaB(Result):
         if asked.image is None or asked.scale is None or asked.method is None:
             found = _of_numbers(asked)
         else:
+            require("vision")
             from stripfold.film.pictures import read_grey
 
             view = View(**asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True))

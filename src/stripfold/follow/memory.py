@@ -1,0 +1,356 @@
+"""A path followed in steps of a given size, with effects that have a memory: internal friction.
+
+Within a step the memory is fixed.  The step follows the branch of that problem from the last state to the step's end;
+the effects update their memory there.  With the paper's pull the result depends on the step size, which is therefore
+never changed silently.  In units of L*; lambda is the length travelled.  Source: docs/physics.md, section 8.
+
+The update leaves the force of the bending hysteresis as it is, but takes the paper's pull away: the last state is no
+equilibrium of the next step.  The force taken away is therefore replaced by a dead force that falls to zero in
+proportion to lambda within the step.  Either way the strip is lost exactly where the branch of a step has a limit
+point before the step's end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
+
+import numpy as np
+
+from stripfold.base.arrays import Array
+from stripfold.base.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
+from stripfold.base.percent import Percent
+from stripfold.follow import contact_branch
+from stripfold.follow.contact_branch import (
+    STEPS,
+    UNHELD,
+    BranchCrossing,
+    BranchPoint,
+    Planned,
+    contact_changes,
+    follow,
+    is_unheld,
+    transferred,
+)
+from stripfold.follow.contact_events import LIFTED, lift_off_of_all, zero
+from stripfold.follow.statics import (
+    FIRST,
+    LAMBDA_TOLERANCE,
+    LIMIT,
+    Until,
+    landed,
+    lands,
+    over_low,
+    static_track,
+)
+from stripfold.follow.track import CriticalEvent, End, Track
+from stripfold.paths.curve import GripperPath
+from stripfold.solve import continuation, critical, newton
+from stripfold.solve.continuation import Event
+from stripfold.solve.linear import Bordered
+from stripfold.solve.problem import Equilibrium, Tangent, inner
+from stripfold.strip.contact_mesh import INTERVAL
+from stripfold.strip.effects import Hysteresis, MovableEffect, Pull
+from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, Motion
+
+Effects = Callable[[Model, Array], tuple[MovableEffect, ...]]
+"""The effects on a strip, without force in the given state."""
+
+STEP = 0.1
+"""Usual size of the steps, L*."""
+LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit point"
+REACHED, LANDING = "end of the step", "gripper near the floor"
+WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
+"""Steps of the continuation where one solve does not reach a step's end."""
+
+
+def effects_of(law: str, strength: float, yield_curvature: float = YIELD_CURVATURE) -> Effects:
+    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*); none for strength 0."""
+    if strength == 0.0:
+        return lambda model, q: ()
+    if law == "pull":
+        return lambda model, q: (Pull(model, strength, q),)
+    return lambda model, q: (Hysteresis.of(model, strength, yield_curvature=yield_curvature, slack=q),)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _StepProblem(MovingContact):
+    """A step from ``start`` to ``end``: a dead force, shape (size,), replaces in part what the update took away."""
+
+    start: float
+    end: float
+    taken: Array
+
+    @classmethod
+    def after(cls, at: BranchPoint, end: float) -> _StepProblem:
+        """The step from an accepted state to lambda = ``end``."""
+        q, start = at.point.q, at.point.lam
+        new = at.problem.accepted(q)
+        taken = at.point.state.force - new.residual(q, start)
+        return cls(new.mesh, new.motion, new.effects, new.remembered, start=start, end=end, taken=taken)
+
+    def _share(self, lam: float) -> float:
+        return (self.end - lam) / (self.end - self.start)
+
+    def residual(self, q: Array, lam: float) -> Array:
+        return super().residual(q, lam) + self._share(lam) * self.taken
+
+    def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
+        residual, matrix, rate = super().linearise(q, lam, predicted_stress)
+        rate = rate - self.taken / (self.end - self.start)
+        return residual + self._share(lam) * self.taken, matrix, rate
+
+
+def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Motion, float]]:
+    """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece."""
+    for piece in path.pieces:
+        motion = AlongPath(piece, length)
+        count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
+        for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
+            yield motion, float(travelled)
+
+
+def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> BranchPoint:
+    """The first state of a path that is followed in steps of ``size``, L*, from the flat strip.
+
+    Raises InvalidInputError: a step size that cannot be used.
+    """
+    if not 0.0 < size <= path.length:
+        raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
+    travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
+    length = mesh(np.array([1.0])).length
+    return with_effects(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], length), travelled), effects)
+
+
+def load_path(
+    mesh: Planned,
+    path: GripperPath,
+    effects: Effects,
+    size: float,
+    progress: Callable[[str], None] | None = None,
+    until: Until = "end",
+) -> Track:
+    """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`."""
+    first, loaded = start_on_path(mesh, path, effects, size), Percent(progress, "following the path with friction")
+    places = steps_on(path, first.problem.mesh.length, size)
+    return load(first, places, until, progress=lambda at: loaded(at.point.lam / path.length))
+
+
+def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
+    """The same state with effects that have no force there."""
+    problem = MovingContact(at.problem.mesh, at.problem.motion, effects(at.model, at.u), at.contact)
+    return BranchPoint(problem, at.point)
+
+
+def load_incrementally_from(
+    first: BranchPoint, places: Iterable[tuple[Motion, float]], locate: bool = True
+) -> Iterator[BranchPoint]:
+    """Steps from a state to each of ``places``: the motion of the gripper, and lambda, ascending.
+
+    ``locate``: whether the error says where the strip was lost, or only the last state before.
+
+    Raises
+    ------
+    LostStabilityError
+        The strip did not follow; the steps before have been yielded.
+    SolveError
+        A step could not be computed.
+    """
+    at = first
+    for motion, end in places:
+        at = _turned(at, motion)
+        at = _at_once(at, end) or _along_branch(at, end, locate)
+        # A copy without the meshes that were tried: steps are many.
+        problem, state = replace(at.problem), at.point.state
+        point = replace(at.point, solve_eigenvalues=partial(continuation.eigenvalues, problem, state))
+        yield BranchPoint(problem, point)
+
+
+def load(
+    first: BranchPoint,
+    places: Iterable[tuple[Motion, float]],
+    until: Until = "end",
+    locate: bool = True,
+    lifted: float = inf,
+    progress: Callable[[BranchPoint], None] = lambda _: None,
+) -> Track:
+    """Follow the steps of :func:`load_incrementally_from` to their end or an earlier one.
+
+    ``until``: whether to end at the first touch.  ``lifted``: length off the floor from which the whole strip counts as
+    lifted, L*.  ``progress``: called with each state.  A strip that does not follow ends in a snap, and lambda
+    there is the track's event.  Raises SolveError: a step could not be computed.
+    """
+    points: list[BranchPoint] = []
+    try:
+        for at in load_incrementally_from(first, places, locate):
+            points.append(at)
+            progress(at)
+            if until == "touch" and at.touches:
+                return static_track(points, End.TOUCH)
+            if at.contact[-1] > lifted:
+                return static_track(points, End.LIFTED)
+    except LostStabilityError as error:
+        if error.parameter is None:
+            raise
+        return static_track(points or [first], End.SNAP, events=(CriticalEvent(error.parameter),))
+    return static_track(points, End.PATH)
+
+
+def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
+    """The same state where the gripper goes on by ``motion``, on elements planned anew if they have drifted."""
+    problem, point = at.problem, at.point
+    if motion != problem.motion:
+        problem = MovingContact(problem.mesh, motion, problem.effects, problem.remembered)
+        point = continuation.evaluate(problem, point.state, Tangent(np.zeros(problem.size), 1.0), point.arc)
+        at = BranchPoint(problem, point)
+    if problem.mesh.drifted(at.contact):
+        return transferred(at)
+    return at
+
+
+def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
+    """The state at a step's end by one solve; None where the branch may have a limit point or another contact before.
+
+    The guards are those of the continuation.
+    """
+    problem, point, before = _StepProblem.after(at, end), at.point, at.point.tangent
+    if before.lam <= 0.0 or lands(at, end):
+        return None
+    ds = (end - point.lam) / before.lam
+    try:
+        q, stress = problem.stepped(point.q, ds * before.q)
+        state = newton.solve(problem, q, end, problem.bounded, predicted_stress=stress)
+        new = continuation.evaluate(problem, state, before, point.arc + ds)
+    except SolveError:
+        return None
+    correction = np.linalg.norm(problem.contact(state.q) - problem.contact(q))
+    jumps = (
+        correction > max(WITHIN_STEP.max_correction * ds, WITHIN_STEP.kink)
+        or inner(problem.metric, before, new.tangent) < WITHIN_STEP.min_cosine
+        or critical.is_past(new)
+        or any(event.passed(new, None) for event in contact_changes(problem))
+    )
+    return None if jumps else BranchPoint(problem, new)
+
+
+def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
+    """The state at a step's end along the branch of the step's problem, through changes of the contact.
+
+    Raises
+    ------
+    LostStabilityError
+        The branch has a limit point before.
+    SolveError
+        The branch could not be followed.
+    """
+    problem = _StepProblem.after(at, end)
+    residual = problem.residual(at.point.q, at.point.lam)
+    state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
+    first = BranchPoint(problem, continuation.evaluate(problem.sliding, state, at.point.tangent, at.point.arc))
+    near_floor = lands(at, end)
+
+    def stops(problem: MovingContact) -> list[Event]:
+        reached = zero(REACHED, lambda point: end - point.lam)
+        if not near_floor or problem.mesh.topology != INTERVAL:
+            return [reached, lift_off_of_all(problem), LIMIT]
+        low = zero(LANDING, lambda point: over_low(problem.motion, point.lam))
+        return [reached, low, lift_off_of_all(problem), LIMIT]
+
+    last = first = _changed(first, end)
+    turned: BranchCrossing | None = None
+    for item in _followed(first, stops):
+        if isinstance(item, BranchPoint):
+            last = item if item.point.lam < end else last
+            lies = near_floor and item.topology == INTERVAL
+            if lies and over_low(item.problem.motion, item.point.lam) < 0.0:
+                # Its layer began to lie only there.
+                new = landed(item, end)
+                break
+            if last is item:
+                continue
+            # A change of contact went beyond the end.
+        elif item.event in (UNHELD, LIMIT) and _layer_comes_down(item.after):
+            turned = turned or item
+            continue
+        elif item.event is UNHELD:
+            raise _lost(LET_GO, item.after.point.lam)
+        elif item.event is LIMIT:
+            raise _lost(TURNS_BACK, _limit(item) if locate else item.before.point.lam)
+        elif item.event.name == LIFTED:
+            raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
+        elif item.event.name == LANDING:
+            new = landed(item.before, end)
+            break
+        else:
+            last = item.before
+        new = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
+        break
+    if turned is not None and critical.is_past(new.point):
+        raise _lost(TURNS_BACK, _limit(turned) if locate else turned.before.point.lam)
+    return new
+
+
+def _layer_comes_down(after: BranchPoint) -> bool:
+    """Whether behind a limit point it is the contact of an upper layer that moves, at its end beside the gripper.
+
+    There friction has left the strip bent down, and the layer has touched in a second place: nothing falls, the end of
+    the contact goes there.  Source: docs/method.md.
+    """
+    moves = np.abs(after.point.tangent.q[after.problem.n :])
+    return after.topology == INTERVAL and int(np.argmax(moves)) == 0
+
+
+def _followed(
+    first: BranchPoint, stops: Callable[[MovingContact], list[Event]]
+) -> Iterator[BranchPoint | BranchCrossing]:
+    """The branch; it ends at a limit point where an element begins to slide and it turns back by a sharp angle."""
+    last = first
+    try:
+        for item in follow(first, WITHIN_STEP, stops):
+            if isinstance(item, BranchPoint):
+                last = item
+            yield item
+    except ContinuationError as error:
+        if not _is_unstable_sliding(last):
+            raise
+        raise _lost("it is unstable once another element slides", last.point.lam) from error
+
+
+def _is_unstable_sliding(at: BranchPoint) -> bool:
+    """Whether a strip is unstable with the elements that are about to slide taken as sliding."""
+    return continuation.evaluate(at.problem.sliding, at.point.state, at.point.tangent).negatives > 0
+
+
+def _changed(at: BranchPoint, end: float) -> BranchPoint:
+    """The state with the contact that follows where a change of contact has been passed.
+
+    An interval of contact that begins beyond the step's end is left to the next step.
+    """
+    for event, change in contact_changes(at.problem).items():
+        if event.passed(at.point, None):
+            changed = change(at)
+            if changed.point.lam >= end:
+                return at
+            if is_unheld(at, changed):
+                raise _lost(LET_GO, changed.point.lam)
+            return changed
+    return at
+
+
+def _lost(why: str, lam: float) -> LostStabilityError:
+    return LostStabilityError(f"the strip does not follow its gripper: {why}", parameter=lam)
+
+
+def _limit(crossing: BranchCrossing) -> float:
+    """lambda at a limit point."""
+    before, after = crossing.before.point, crossing.after.point
+    try:
+        return critical.locate(crossing.before.problem, before, after, LAMBDA_TOLERANCE, WITHIN_STEP).lam
+    except SolveError as error:
+        # An element begins to slide and the branch turns back by more than a right angle: no point lies ahead.
+        return before.lam if error.parameter is None else error.parameter

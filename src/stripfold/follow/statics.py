@@ -1,0 +1,417 @@
+"""Statics of a strip: lifted, moved along x, or along a path, up to a critical point or another end.
+
+All in units of L*; lambda is the height, the advance or the length travelled.  Corners of a path are states of their
+own: the branch is followed to the corner, and from there with the direction of the next piece.  Near the floor the part
+of the strip beside a gripper at height z is (24 z)^(1/4) long, a beam under its weight, and gone on the floor.  See
+``docs/physics.md``, sections 4 and 5, for what is expected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import Any, Literal
+
+import numpy as np
+
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.base.percent import Percent
+from stripfold.base.phases import BEFORE
+from stripfold.follow import contact_branch
+from stripfold.follow.contact_branch import STEPS, UNHELD, BranchCrossing, BranchPoint, Planned, solved, transferred
+from stripfold.follow.contact_events import LIFTED, lift_off_of_all, touch, zero
+from stripfold.follow.track import CriticalEvent, End, StripState, Track
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.solve import continuation, critical
+from stripfold.solve.continuation import Event, StepOptions
+from stripfold.solve.critical import LIMIT, CriticalPoint
+from stripfold.strip import contact_mesh
+from stripfold.strip.contact_mesh import FOLDED, INTERVAL, LYING, ContactMesh, Topology
+from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Lift, Motion, TwoGrippers
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
+
+Until = Literal["touch", "end"]
+"""Where statics end if nothing ends them before: at the first touch, or at the end of the path."""
+LAMBDA_TOLERANCE = 1e-6
+"""Width of the bracket of lambda_c, L*."""
+DOWN = "second gripper on the floor"
+LOW = 1e-3
+"""Least height of the gripper off the floor, L*: strips are lifted to it and set down from it, below is the floor."""
+FIRST = 0.01
+"""Largest length travelled at the first state of a path, L*."""
+ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN}
+"""The ends by the names of their events."""
+
+
+@dataclass(frozen=True)
+class StripModel:
+    """A strip in solver units and its discretisation.
+
+    ``length`` and ``thickness`` in L*; ``kind`` is "solid", "rod" or "reference".  ``nu`` is for all but the rod; with
+    another order, number of elements across or law than the usual ones a solid is a :class:`.Reference`.
+    """
+
+    length: float
+    thickness: float
+    nu: float = 0.0
+    order: int = 2
+    across: int = 1
+    law: str = "svk"
+    kind: str = "solid"
+
+    def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Planned:
+        """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
+        lying = 0.15 if memory else 4.0
+        at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.18)
+        sizes = contact_mesh.Sizes(free, lying, at_contact).scaled(refinement)
+
+        def plan(contact: Array) -> ContactMesh:
+            return ContactMesh.of(self.length, LYING, contact, sizes, self.model)
+
+        return plan
+
+    def model(self, elements: int | Array) -> Model:
+        """The strip with this number of elements, or with these ends of elements."""
+        if self.kind == "rod":
+            return Rod.of(self.length, self.thickness, elements=elements)
+        if self.kind == "solid" and (self.order, self.across, self.law) == (2, 1, "svk"):
+            return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements)
+        from stripfold.strip.reference import Reference  # scikit-fem takes longer to import than many a run
+
+        options = {"order": self.order, "across": self.across, "law": self.law}
+        return Reference.of(self.length, self.thickness, nu=self.nu, elements=elements, **options)
+
+
+def branch(
+    at: BranchPoint, end: float = inf, until: Until = "end", options: StepOptions = STEPS
+) -> Iterator[BranchPoint | BranchCrossing]:
+    """Follow a branch from a state to lambda = ``end``, or to the event that ends it before, which is yielded.
+
+    With ``until="end"`` it goes on through the changes of its contact.  Raises SolveError: when a state or the branch
+    cannot be computed.
+    """
+
+    def stops(problem: MovingContact) -> list[Event]:
+        events = [LIMIT] if until == "end" else [touch(problem), lift_off_of_all(problem), LIMIT]
+        if isinstance(problem.motion, TwoGrippers):
+            events.insert(0, zero(DOWN, lambda point: float(problem.motion.values(point.lam)[-1])))
+        return events
+
+    for item in contact_branch.follow(at, options, stops, until == "end", end):
+        yield item
+        if isinstance(item, BranchCrossing):
+            return
+
+
+def locate(
+    states: Sequence[BranchPoint], options: StepOptions = STEPS, tolerance: float = LAMBDA_TOLERANCE
+) -> tuple[CriticalEvent, BranchPoint]:
+    """Locate the critical point near the last of some states of a branch, on elements planned for it.
+
+    Returned are the event, whose state lies just before, and the state just past it.  Raises SolveError: it cannot be
+    located.
+    """
+    for at in reversed(states):
+        near = _replanned(at)
+        if not critical.is_past(near.point):
+            break
+        # On other elements the limit point lies a little before.
+    else:
+        near = states[0]
+    problem, found = _limit_point(near, options, tolerance)
+    before, after = (BranchPoint(problem, point) for point in (found.before, found.after))
+    return CriticalEvent(found.lam, found, before), after
+
+
+def _replanned(at: BranchPoint) -> BranchPoint:
+    """The state near this one on elements planned for its contact, or itself where there is none."""
+    try:
+        return transferred(at)
+    except SolveError:
+        return at
+
+
+def _limit_point(near: BranchPoint, options: StepOptions, tolerance: float) -> tuple[MovingContact, CriticalPoint]:
+    """The limit point ahead: solved for or, where that fails, as in a strip as thin as rounding, bracketed."""
+    with suppress(SolveError):
+        return near.problem, critical.near(near.problem, near.point, tolerance, options)
+    for item in contact_branch.follow(near, options, lambda _: [LIMIT], through_contact=False):
+        if isinstance(item, BranchCrossing):
+            before, after, problem = item.before.point, item.after.point, item.before.problem
+            return problem, critical.locate(problem, before, after, tolerance, options)
+    raise AssertionError("a branch ends in an event or raises")
+
+
+def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, BranchPoint]]:
+    """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
+    at = contact_branch.from_flat(plan, Lift(), min(LOW, 0.25 * heights[0]))
+    for height in heights:
+        for item in branch(at, height, "touch"):
+            if isinstance(item, BranchPoint):
+                at = item
+            elif item.event.name == LIFTED:
+                raise SolveError(f"the whole strip leaves the floor below a height of {height:.4g} L*")
+            else:
+                raise SolveError("the strip loses its stability while it is lifted", parameter=at.point.lam)
+        yield height, at
+
+
+def remeshed(at: BranchPoint, plan: Planned) -> BranchPoint:
+    """The state near another one on elements planned otherwise; ``plan`` plans them for one lift-off."""
+    return transferred(at, mesh=plan(at.contact[-1:]).replanned(at.contact, at.topology))
+
+
+def at_lambda(near: BranchPoint, lam: float) -> BranchPoint:
+    """The state at ``lam`` near a point of a branch, with its tangent as the predictor."""
+    tangent = near.point.tangent
+    q = near.point.q + (lam - near.point.lam) / tangent.lam * tangent.q
+    return solved(near.problem, q, lam)
+
+
+def start_along_x(start: BranchPoint, height: float, sign: float = 1.0) -> BranchPoint:
+    """A state without horizontal force as one of a motion along x, followed with lambda rising or falling."""
+    problem, q = MovingContact(start.problem.mesh, AlongX(height)), start.point.q
+    return solved(problem, q, float(q[start.model.middle[0, 0]]), sign)
+
+
+def along_x(
+    start: BranchPoint, height: float, plan: Planned | None = None, past: float = 1.0, options: StepOptions = STEPS
+) -> Track:
+    """Follow the x-axis branch from a state without horizontal force to its end, and after a snap past it.
+
+    ``start``, ``height``: a state at this height of the gripper, L*, as :func:`lift` yields.  ``plan``: plans the
+    elements; by default those of ``start``.  ``past``: arc length to follow the unstable branch, L*; 0 for none.
+    Raises SolveError: when a state or the branch cannot be computed to its tolerance.
+    """
+    if plan is not None:
+        start = at_lambda(remeshed(start, plan), height)
+    return to_the_end(start_along_x(start, height), past, options)
+
+
+def solve_height(strip: StripModel, height: float, refinement: float = 1.0, past: float = 0.0) -> Track:
+    """Lift to one height and run along x from there."""
+    ((_, start),) = lift(strip.contact_mesh(refinement), [height])
+    return along_x(start, height, past=past)
+
+
+def to_the_end(
+    first: BranchPoint, past: float = 0.0, options: StepOptions = STEPS, tolerance: float = LAMBDA_TOLERANCE
+) -> Track:
+    """Follow a branch from a state on it to a snap, a touch or its lift-off; see :func:`along_x`."""
+    if critical.is_past(first.point):
+        raise SolveError("the branch does not start stable", parameter=first.point.lam)
+    *items, stopped = branch(first, until="touch", options=options)
+    states = [item for item in items if isinstance(item, BranchPoint)]
+    assert isinstance(stopped, BranchCrossing)
+    if stopped.event is not LIMIT:
+        # Behind it the sag would be in the floor, or nothing would lie.
+        return static_track([*states, stopped.before], ENDS[stopped.event.name])
+    event, after = locate(states, options, tolerance)
+    before = event.state
+    assert isinstance(before, BranchPoint)
+    states = [at for at in states if at.point.lam < event.travelled]
+    beyond = tuple(_beyond(after, past, options)) if past else (after,)
+    return static_track([*states, before], End.SNAP, events=(event,), beyond=beyond)
+
+
+def _beyond(after: BranchPoint, past: float, options: StepOptions) -> Iterator[BranchPoint]:
+    """The unstable branch, which ends where the sag touches or nothing lies."""
+    branch = contact_branch.follow(after, options, lambda at: [touch(at), lift_off_of_all(at)], through_contact=False)
+    for item in branch:
+        yield item.before if isinstance(item, BranchCrossing) else item
+        if isinstance(item, BranchCrossing) or item.point.arc - after.point.arc > past:
+            return
+
+
+def static_track(
+    points: Sequence[BranchPoint | StripState], end: End, pieces: Sequence[int] | None = None, **known: Any
+) -> Track:
+    """A track of statics alone."""
+    count = len(points)
+    return Track(tuple(points), end, (BEFORE,) * count, tuple(pieces or (0,) * count), **known)
+
+
+def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
+    """The first state of a path, its gripper just lifted."""
+    piece = path.pieces[0]
+    first = min(FIRST, place_of_low(piece, piece.start, piece.end))
+    return contact_branch.from_flat(mesh, AlongPath(piece, length), first)
+
+
+def follow(
+    mesh: Planned,
+    path: GripperPath,
+    length: float,
+    first: BranchPoint | None = None,
+    piece: int = 0,
+    until: Until = "end",
+    options: StepOptions = STEPS,
+    progress: Callable[[str], None] | None = None,
+) -> Track:
+    """Follow a path from the flat strip, or from a state on one of its pieces.
+
+    ``mesh``: plans a mesh of the strip with one lift-off: :meth:`.StripModel.contact_mesh`.  ``path``, ``length``: the
+    path, and the length of the strip, L*.  ``first``, ``piece``: the state to begin with, and the index of its piece.
+    ``options``: of the steps.  ``progress``: called with a line on how much of the path is done.  Raises SolveError:
+    when a state or the branch cannot be computed.
+    """
+    at = first or from_flat(mesh, path, length)
+    follower = _Follower(path, length, until, options, at, piece, Percent(progress, "following the path"))
+    while follower.end is None:
+        follower.advance()
+    events, end = tuple(follower.events), follower.end
+    return static_track(follower.points, end, follower.pieces, events=events)
+
+
+@dataclass
+class _Follower:
+    """The states so far, and the one to go on from."""
+
+    path: GripperPath
+    length: float
+    until: Until
+    options: StepOptions
+    at: BranchPoint
+    piece: int
+    followed: Percent
+    points: list[BranchPoint] = field(default_factory=list)
+    pieces: list[int] = field(default_factory=list)
+    events: list[CriticalEvent] = field(default_factory=list)
+    end: End | None = None
+
+    def __post_init__(self) -> None:
+        self.add(self.at)
+
+    def add(self, at: BranchPoint) -> None:
+        self.at = at
+        self.points.append(at)
+        self.pieces.append(self.piece)
+        self.followed(self.lam / self.path.length)
+
+    @property
+    def lam(self) -> float:
+        return self.at.point.lam
+
+    def advance(self) -> None:
+        """Follow the strip to the end of the piece or another end; a gripper on the floor takes off and lands."""
+        at, piece = self.at, self.path.pieces[self.piece]
+        start, end = (piece.position(lam)[1] <= LOW for lam in (at.point.lam, piece.end))
+        highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
+        if start and at.topology == FOLDED and piece.position(highest)[1] > LOW:
+            at = taken_off(at, place_of_low(piece, at.point.lam, highest))
+            self.add(at)
+        before_end = place_of_low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
+        for to in (before_end, piece.end):
+            if self.end is None and at.point.lam < to:
+                at = self.along_branch(at, to)
+            if self.end is None and to < piece.end and at.topology == INTERVAL:
+                at = landed(at, piece.end)
+                self.add(at)
+        if self.end is None and self.lam >= piece.end:
+            if self.piece + 1 < len(self.path.pieces):
+                self.turn()
+            else:
+                self.end = End.PATH
+
+    def turn(self) -> None:
+        """Add the state at the corner with the motion of the next piece."""
+        self.piece += 1
+        first, now = AlongPath(self.path.pieces[self.piece], self.length), self.at.problem.motion
+        motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
+        turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.lam)
+        if critical.is_past(turned.point):
+            # It does not follow the new direction.
+            self.snap(_at_change(self.at, turned))
+        else:
+            self.add(turned)
+
+    def along_branch(self, at: BranchPoint, end: float) -> BranchPoint:
+        """Add the states up to this one or to an event that ends the track, and return the last."""
+        states, stopped = [at], None
+        for item in branch(at, end, self.until, self.options):
+            if isinstance(item, BranchCrossing):
+                stopped = item
+            elif item is not at:
+                states.append(item)
+                self.add(item)
+        if stopped is None:
+            return states[-1]
+        if stopped.event is LIMIT:
+            event, _ = locate(states, self.options)
+            if event.travelled >= end:
+                last = states[-1]
+                at_end = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, self.options))
+                self.add(at_end)
+                return at_end
+            while self.lam > event.travelled and self.at is not at:
+                self.points.pop()
+                self.pieces.pop()
+                self.at = self.points[-1]
+            assert isinstance(event.state, BranchPoint)
+            self.add(event.state)
+            self.snap(event)
+        elif stopped.event is UNHELD:
+            self.snap(_at_change(stopped.before, stopped.after))
+        else:
+            self.add(stopped.before)
+            self.end = ENDS[stopped.event.name]
+        return states[-1]
+
+    def snap(self, event: CriticalEvent) -> None:
+        """End in a critical point."""
+        self.events.append(event)
+        self.end = End.SNAP
+
+
+def _at_change(before: BranchPoint, after: BranchPoint) -> CriticalEvent:
+    """The critical point at a change of the contact or of the direction, between the states on either side."""
+    lam = before.point.lam
+    found = CriticalPoint(
+        lam, lam, after.point.lam, lam, agree=False, before=before.point, after=after.point, mode=after.point.mode,
+        evaluations=0,
+    )  # fmt: skip
+    return CriticalEvent(lam, found, after)
+
+
+def over_low(motion: Motion, lam: float) -> float:
+    """Height of the gripper over :data:`LOW`."""
+    return float(motion.values(lam)[-1]) - LOW
+
+
+def place_of_low(piece: Piece, floor: float, above: float) -> float:
+    """Length travelled at which the gripper is :data:`LOW`, between places on the floor and above."""
+    for _ in range(60):
+        if abs(above - floor) < 1e-9:
+            break
+        middle = 0.5 * (floor + above)
+        floor, above = (floor, middle) if piece.position(middle)[1] > LOW else (middle, above)
+    return above
+
+
+def lands(at: BranchPoint, lam: float) -> bool:
+    """Whether the gripper comes down to the floor before this lambda."""
+    return over_low(at.problem.motion, at.point.lam) > 0.0 >= over_low(at.problem.motion, lam)
+
+
+def landed(at: BranchPoint, lam: float) -> BranchPoint:
+    """The state with the gripper on the floor, from one just above it with an upper layer that lies."""
+    return _moved(at, at.contact[1:], FOLDED, lam)
+
+
+def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
+    """The state with the gripper just above the floor, from one with the gripper on it."""
+    height = float(at.problem.motion.values(lam)[-1])
+    beside = min((24.0 * height) ** 0.25, 0.5 * float(at.contact[0]))
+    return _moved(at, np.concatenate([[beside], at.contact]), INTERVAL, lam)
+
+
+def _moved(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:
+    """The state at ``lam``, with another contact."""
+    there = replace(at.point, state=replace(at.point.state, lam=lam))
+    return transferred(BranchPoint(at.problem, there), contact, topology, (np.zeros(len(contact)), 1.0))

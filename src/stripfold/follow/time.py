@@ -1,0 +1,224 @@
+"""A strip followed in time under a gripper that moves: slowly along a path, or through a snap.
+
+Along a path with friction between the layers, from the flat strip to rest at the path's end and, if asked for, to rest
+after the gripper has opened.  In units of L*, sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from math import ceil, inf
+from typing import Any
+
+import numpy as np
+
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.base.percent import Percent
+from stripfold.base.phases import SLOW
+from stripfold.follow.contact import touches
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
+from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
+from stripfold.follow.fall import to_rest
+from stripfold.follow.memory import STEP, effects_of, load, with_effects
+from stripfold.follow.statics import FIRST, StripModel, lift, start_along_x
+from stripfold.follow.track import End, StripState, Track
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.motion import TimedPath
+from stripfold.solve import dynamics, newton
+from stripfold.solve.drive import Drive, Moving
+from stripfold.solve.dynamics import TimeOptions, TimeState
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.schemes import Damping
+from stripfold.strip.effects import Hysteresis, LayerFriction
+from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.model import Model
+from stripfold.strip.problem import AlongPath, Opened, StripProblem
+from stripfold.strip.self_contact import SelfContact
+
+SPEED = 0.2
+"""Speed of the gripper, sqrt(g L*): 0.1 m/s with L* = 2.5 cm."""
+ELEMENT = 0.1
+"""Length of the elements, L*."""
+TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_iterations=25))
+"""Error per step, L*: that of a fall behind its first touch, as the state at rest counts.  Layers that begin to slide
+need more iterations."""
+MAX_STEPS = 20000
+"""Steps in time within which a strip has to touch or fall."""
+SIZES = replace(NODAL_SIZES, free=0.1)
+"""Elements of the motion through a snap: friction delays it, and the lift-off passes more of the strip."""
+
+
+def follow_in_time(
+    strip: StripModel,
+    path: GripperPath,
+    mu: float,
+    moment: float = 0.0,
+    *,
+    damping: Damping,
+    yield_curvature: float = YIELD_CURVATURE,
+    speed: float | TimedPath = SPEED,
+    refinement: float = 1.0,
+    options: TimeOptions = TIME_OPTIONS,
+    progress: Callable[[str], None] | None = None,
+) -> Track:
+    """Follow a path to its end and wait for rest.
+
+    Parameters
+    ----------
+    strip, path
+        The strip and the gripper's path, L*.
+    mu
+        Coefficient of friction between the layers and on the floor.
+    moment
+        M_0 of the bending hysteresis, rho_a g L*^2.
+    damping
+        Physical damping.
+    yield_curvature
+        kappa_y of that hysteresis, 1/L*.
+    speed
+        Of the gripper, sqrt(g L*), or where it is when.
+    refinement
+        Factor on the element lengths.
+    progress
+        Called with a line on how much of the path is done.
+
+    Raises
+    ------
+    SolveError
+        The first state cannot be computed.
+    TimeStepError
+        As :func:`.rest.to_rest`.
+    """
+    model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
+    problem = StripProblem(model, AlongPath(path, strip.length), self_contact=SelfContact.of(model, strip.thickness))
+    lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
+    q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
+    hysteresis = (Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=q),) if moment else ()
+    layers = (LayerFriction.of(model, mu, q, problem.reaction),) if mu else ()
+    problem = replace(problem, effects=(*hysteresis, *layers))
+    on_floor = problem.bounded[q[problem.bounded] <= 0.0]
+    first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
+    if isinstance(speed, TimedPath):
+        drive: Drive = (timing := speed.starting_at(FIRST))
+        moving = float(timing.t[-1])
+    else:
+        drive, moving = Moving(FIRST, speed, path.length), (path.length - FIRST) / speed
+    return _followed(problem, first, drive, damping, options, moving, Percent(progress, "following the path in time"))
+
+
+def opened(found: Track, damping: Damping, options: TimeOptions = TIME_OPTIONS) -> Track:
+    """The strip at rest after its gripper has opened at the end of the path; errors as :func:`follow_in_time`."""
+    before, last = found.states[-1]
+    assert isinstance(last, TimeState)
+    problem = replace(before.accepted(last.q), motion=Opened())
+    on_floor = problem.bounded[last.q[problem.bounded] <= 0.0]
+    return _followed(problem, replace(last, t=0.0, active=on_floor), Moving(last.lam, 0.0), damping, options, 0.0)
+
+
+def _followed(
+    problem: StripProblem,
+    first: TimeState,
+    drive: Drive,
+    damping: Damping,
+    options: TimeOptions,
+    moving: float,
+    moved: Percent | None = None,
+) -> Track:
+    """To rest after the gripper has moved for some time."""
+    states: list[StripState] = []
+    for state in to_rest(problem, [first], drive, damping, options, moving=moving):
+        if moved is not None:
+            moved(min(state.t / moving, 1.0))
+        states.append(StripState(problem, state))
+        # The march updates a problem of its own in the same way.
+        problem = problem.accepted(state.q)
+    return _in_time(states, End.REST)
+
+
+def _in_time(states: Sequence[StripState], end: End, **known: Any) -> Track:
+    return Track(tuple(states), end, (SLOW,) * len(states), **known)
+
+
+def dissipated(found: Track) -> Array:
+    """Energy dissipated by the friction between the layers before each state and in the end, shape (states + 1,)."""
+    last, state = found.states[-1]
+    problems = [*(problem for problem, _ in found.states), last.accepted(state.q)]
+    return np.array([sum(e.dissipated for e in p.effects if isinstance(e, LayerFriction)) for p in problems])
+
+
+def through_snap(
+    strip: StripModel,
+    height: float,
+    friction: float,
+    speed: float,
+    before: float,
+    after: float,
+    damping: Damping,
+    refinement: float = 1.0,
+) -> Track:
+    """Advance the gripper through the snap of a strip with bending friction, as a camera would film it.
+
+    First statics with the memory of friction, in steps, up to the static limit, the last stable state; then motion in
+    time from a state well before it, through the snap and past the first touch.
+
+    ``strip``, ``height``: height in L*.  ``friction``: M_0 of the bending hysteresis, rho_a g L*^2; 0 for none.
+    ``speed``: speed of the gripper, sqrt(g L*).  ``before``: distance before the static limit at which the motion in
+    time begins, L*.  ``after``: duration after the first touch, sqrt(L*/g).
+
+    Returns the motion in time; its event is the static limit, friction included.  Raises SolveError: there is no snap
+    at this height, or a part could not be computed; TimeStepError: the motion could not be followed.
+    """
+    static = static_limit(strip, height, friction, refinement)
+    steps, limit = [at for at in static.points if isinstance(at, BranchPoint)], static.lam
+    lams = np.array([at.point.lam for at in steps])
+    index = int(np.clip(np.searchsorted(lams, limit - before, side="right") - 1, 1, len(steps) - 1))
+    problem, first = set_in_motion(steps[index - 1], steps[index], speed, model_in_time(steps[-1], refinement))
+    states: list[StripState] = []
+    landed = inf
+    for state in dynamics.march(problem, first, Moving(first.lam, speed), damping, options=FALL_OPTIONS):
+        states.append(StripState(problem, state))
+        if landed == inf and touches(problem.model, state):
+            landed = state.t
+        if state.t > landed + after:
+            return _in_time(states, End.TOUCH, events=static.events)
+        if len(states) > MAX_STEPS:
+            raise SolveError("the strip does not come down", parameter=state.lam)
+    raise AssertionError("a motion does not end by itself")
+
+
+@lru_cache(maxsize=1)  # gripper speeds at one height share it
+def static_limit(strip: StripModel, height: float, friction: float, refinement: float) -> Track:
+    """The static steps along x up to the static limit.
+
+    Raises SolveError: the sag touches before it, or the whole strip is lifted.
+    """
+    ((_, lifted),) = lift(strip.contact_mesh(refinement, memory=True), [height])
+    first = with_effects(start_along_x(lifted, height), effects_of("hysteresis", friction))
+    places = ((first.problem.motion, first.point.lam + STEP * n) for n in range(1, MAX_STEPS))
+    found = load(first, places, until="touch")
+    if found.end is End.TOUCH:
+        raise SolveError("the sag touches before the strip snaps", parameter=found.lam)
+    return found
+
+
+def model_in_time(last: BranchPoint, refinement: float) -> Model:
+    """The strip on a fixed mesh, fine at the lift-off of the last static state: contact is node by node."""
+    mesh = replace(last.problem.mesh, sizes=SIZES.scaled(refinement))
+    return mesh.replanned(last.contact).model
+
+
+def set_in_motion(before: BranchPoint, at: BranchPoint, speed: float, model: Model) -> tuple[StripProblem, TimeState]:
+    """A static state on a fixed mesh, at the rate at which the strip moves from the state before to this one."""
+    lam = at.point.lam
+    held = at.problem.accepted(at.point.q).at(at.contact)
+    problem = StripProblem(model, at.problem.motion, held.on(model))
+    lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s >= at.contact[-1], 1])]
+    q, q_before = (state.model.resampled(state.u, model.s) for state in (at, before))
+    state = newton.solve(problem, q, lam, lies, options=ROBUST_NEWTON)
+    rate = (q - q_before) / (lam - before.point.lam)
+    rate[state.active] = 0.0
+    return problem, dynamics.start(problem, state.q, speed * rate, lam, state.active)
