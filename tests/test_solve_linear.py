@@ -11,7 +11,7 @@ from oracles.toys import Toy
 from stripfold.base.errors import SolveError
 from stripfold.solve.linear import Band, BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
-from stripfold.strip.solid import Solid
+from stripfold.strip.reference import Reference
 
 SIZE, NODES = 60, 5
 
@@ -84,7 +84,7 @@ class TestBand:
     @pytest.mark.parametrize(("order", "across"), [(1, 2), (2, 1), (2, 2)])
     def test_the_smallest_mesh_allowed(self, order, across):
         """Three elements are allowed; their matrix is nearly full."""
-        model = Solid.of(1.0, 0.1, order=order, elements=3, across=across)
+        model = Reference.of(1.0, 0.1, order=order, elements=3, across=across)
         k = model.force_and_tangent(np.zeros(model.size))[1]
         x = np.random.default_rng(1).standard_normal(model.size)
         np.testing.assert_allclose(k @ x, k.to_sparse() @ x, rtol=1e-12)

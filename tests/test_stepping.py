@@ -162,11 +162,11 @@ class TestLoadingIncrementally:
             pull, hysteresis = step.at.problem.effects
             np.testing.assert_array_equal(pull.q_prev, q[: problem.n])
             np.testing.assert_array_equal(step.at.problem.remembered, before.at.contact)
-            old = problem.at(before.at.contact).problem.effects[1]
+            old = problem.at(before.at.contact).effects[1]
             lost = old.dissipation(q[: problem.n])
             assert hysteresis.dissipated == pytest.approx(old.dissipated + lost, rel=1e-12)
         assert compared > 10
-        assert low_steps[-1].at.problem.effects[1].dissipated > 1e-3
+        assert low_steps[-1].at.effects[1].dissipated > 1e-3
         # What is reported of a step's stability is with the friction: without it the eigenvalue is lower by k_f.
         at = next(step.at for step in low_steps if step.at.problem.motion.path == LOW.pieces[1])
         bare = MovingContact(at.problem.mesh, at.problem.motion)
