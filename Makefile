@@ -8,8 +8,7 @@ STAMP := $(VENV)/.complete
 BIN := $(CURDIR)/$(VENV)/bin
 # What a rule's `script:` or `shell:` finds first must be the locked environment.
 IN_VENV := PATH="$(BIN):$$PATH"
-# A run that was killed leaves its lock behind.
-SNAKEMAKE = $(IN_VENV) python workflow/unlock.py && $(IN_VENV) snakemake
+SNAKEMAKE = $(IN_VENV) snakemake
 COMPILE := from stripfold import kernels; kernels.load()
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
@@ -24,46 +23,27 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers explorer cold time-ci kills wheels readme report docs test starts lint quick unlock env lock clean help
+.PHONY: all release studies peers report docs test starts lint quick unlock env lock clean help
 
-all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
+all: $(STAMP) ## Redo the paper and its verification, at a reader's scale, beside the release's numbers (CORES=n)
 	$(SNAKEMAKE) all --cores $(CORES)
 
-# Kernels that have changed are compiled first: no study may wait for that in a case of limited time.
-studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
-	@$(IN_VENV) python -c '$(COMPILE)'
-	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
-	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e explorer -e cold_run -e ci_run -e kills -e slurm_run -e wheels); \
-	$(SNAKEMAKE) studies summary readme --keep-going --cores $(CORES) $${1:+--forcerun "$$@"}
+RELEASE := --configfile workflow/config/paper.yaml workflow/config/release.yaml
+release: $(STAMP) ## The same at full scale (half an hour, idle machine), and the tables of README and docs
+	$(SNAKEMAKE) all release $(RELEASE) --cores $(CORES)
+
+studies: $(STAMP) ## Redo the verification studies alone
+	$(SNAKEMAKE) studies --cores $(CORES)
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
-PEERS := workflow/peers
-peers: $(STAMP) $(PEERS)/.venv/.complete ## Redo the comparison with other programs (a quarter of an hour, idle machine)
-	$(SNAKEMAKE) results/studies/peers.nc figures/peers.png --forcerun peers --cores $(CORES)
+PEERS := verification/peers
+peers: $(STAMP) $(PEERS)/.venv/.complete ## Install the other programs that a release is compared with
 
 $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 	rm -rf $(PEERS)/.venv
 	$(PYTHON) -m venv $(PEERS)/.venv
 	$(PEERS)/.venv/bin/python -m pip install --quiet --require-hashes -r $(PEERS)/requirements.lock
 	@touch $@
-
-explorer: $(STAMP) ## Redo the explorer's tables and its check in a browser: apt-get install chromium
-	$(SNAKEMAKE) figures/explorer.html --forcerun explorer --cores $(CORES)
-
-cold: $(STAMP) ## Time `make all` from cold, in a fresh clone of what is committed (half an hour, idle machine)
-	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py cold_run $(CORES:all=$(shell nproc))
-
-time-ci: $(STAMP) ## Time the checks of .ci/run in a fresh clone of what is committed (idle machine)
-	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py ci_run $(CORES:all=$(shell nproc))
-
-kills: $(STAMP) ## Kill `make all` again and again in a fresh clone, and compare its results (ten minutes, idle machine)
-	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py kills $(CORES:all=$(shell nproc))
-
-wheels: $(STAMP) ## Run all commands by the wheel with each Python, lowest and newest versions (half an hour)
-	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py wheels $(CORES:all=$(shell nproc))
-
-readme: $(STAMP) ## Bring the tables of the README and of docs in line with what is stored
-	$(SNAKEMAKE) readme --cores 1
 
 report: $(STAMP) ## Put all figures with their captions and all numbers into one page, report.html
 	$(SNAKEMAKE) --report report.html
@@ -107,8 +87,8 @@ main(['--lint'])
 endef
 export SNAKEMAKE_LINT
 
-unlock: $(STAMP) ## Remove the lock of a run that was killed; all other targets do so by themselves
-	@$(IN_VENV) python workflow/unlock.py
+unlock: $(STAMP) ## Remove the lock of a run that was killed
+	$(SNAKEMAKE) --unlock
 
 lint: $(STAMP) ## Check style, formatting, types and the workflow
 	$(IN_VENV) ruff check
@@ -164,7 +144,7 @@ lock: ## Bring all locks in line with what they are made from (LOCK_ARGS=--upgra
 
 clean: ## Remove the environments and the tools' caches (results and figures are kept)
 	rm -rf $(VENV) $(PEERS)/.venv $(DOCS) site build dist src/*.egg-info .mypy_cache .pytest_cache .ruff_cache
-	find src tests workflow -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+	find src tests verification workflow -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))

@@ -24,8 +24,8 @@ localrules:
     master_curve,
     plans,
     printed_law,
-    readme,
     recordings,
+    release,
     studies,
 
 
@@ -39,15 +39,6 @@ include: "workflow/rules/studies.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
-
-
-onstart:
-    remove_half_written(RESULTS, FIGURES)  # Snakemake holds its lock: nobody else writes there
-    stale = stale_studies(config)
-    if stale:
-        logger.warning("Stale studies (`make studies` redoes them):")
-    for study_name, reason in stale.items():
-        logger.warning(f"  {study_name}: {reason}")
 
 
 rule all:
@@ -65,12 +56,13 @@ rule all:
         rules.recordings.output,
         rules.summary.output,
         FIGURE_FILES,
-        rules.explorer_page.output,
+        rules.explorer_page.output if "explorer" in STUDY_FILES else [],
 
 
 # Each rule says once what it does: in its docstring, those made in a loop in their message. It is both.
 for made in workflow.rules:
     made.docstring = made.docstring or made.message
     made.message = f"{{rule}}{' {wildcards}' if made.has_wildcards() else ''}: {made.docstring}"
-    if made.name == "summary" or any(file.startswith(f"{FIGURES}/") for file in made.output):
-        redone_without_sources(made, workflow)
+    # The project's own source files: the package and the libraries are in the digest.
+    if "call" in made.params.keys() and "code" not in made.input.keys():
+        made.set_input(code=partial(code, made.params["call"]))

@@ -177,7 +177,7 @@ def test_bad_requests_name_the_key(ask, key):
         ),
         (lambda **given: SHORT.map(**given), "friction is now called friction_moment (M_0, N)"),
         (lambda **given: SHORT.plan(**given), "friction is now called friction_moment (M_0, N)"),
-        (lambda **given: inputs.PathAssessment(length=0.36, eta_b=3780, **given), "pull (k_f, s^-2)"),
+        (lambda **given: inputs.PathInputs(length=0.36, eta_b=3780, **given), "pull (k_f, s^-2)"),
     ],
 )
 def test_a_former_name_is_refused_with_the_present_one(ask, advice):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import cli_paths
+from stripfold import cli_commands
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.draw.save import save_as
@@ -71,8 +71,8 @@ def test_an_r_path_says_on_which_side_to_plan(here: Path, capsys: pytest.Capture
     """Its numbers are those of the stored study: true eta_b over that of the plan."""
     stored = store.read(Path(__file__).parents[1] / "results/studies/disturbed_rpath.nc")["touch_error"].sel(moment=0.0)
     errors = dict(zip(stored["disturbance"].values, stored.values, strict=True))
-    assert pytest.approx(abs(errors["eta_b +5%"]), abs=5e-3) == cli_paths.TOO_LOW
-    assert pytest.approx(abs(errors["eta_b -5%"]), abs=5e-3) == cli_paths.TOO_HIGH
+    assert pytest.approx(abs(errors["eta_b +5%"]), abs=5e-3) == cli_commands.TOO_LOW
+    assert pytest.approx(abs(errors["eta_b -5%"]), abs=5e-3) == cli_commands.TOO_HIGH
     assert main(["path", "r-path", *STRIP]) == 0
     said = capsys.readouterr().err
     assert "plan an R-path for the largest eta_b" in said

@@ -11,7 +11,7 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.ask import collapse_record
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import SolveError
 from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touch_position, touches

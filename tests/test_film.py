@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 
 import made_up
 import stripfold as sf
-from stripfold.ask.path_assessment import PathAssessment
+from stripfold.ask.assess import PathAssessment
 from stripfold.base.errors import InvalidInputError
 from stripfold.draw import colours, readers
 from stripfold.draw import film as module

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from assessing import assess_path
 from stripfold import elastica
 from stripfold.ask.friction_boundary import THICKNESS, friction_boundary
-from stripfold.ask.verdict import assess_path
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, EtaRequest, FoldingPlan, Scene
+from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, FoldingPlan, Scene
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
+from stripfold.film.request import EtaRequest
 
 TYPICAL = {"length": 0.6, "height": 0.09, "eta_b": 3780.0, "eta_m": 1e-3}
 STAR = Material(3780.0).gravity_length

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
+from stripfold.follow.track import End
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
@@ -173,7 +174,7 @@ def test_a_scene_without_statics_after_the_fall_says_so() -> None:
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
     found = collapse_record.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse_record.AT_REST
+    assert found.attrs["end"] == collapse_record.ENDS[End.REST]
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0

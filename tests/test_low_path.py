@@ -9,7 +9,7 @@ from stripfold import Strip, elastica, paths
 from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
-from stripfold.follow.track import SNAP, Track, peak_forces, shape_error
+from stripfold.follow.track import SNAP, End, Track, peak_forces, shape_error
 from stripfold.paths import low_path
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
@@ -20,8 +20,8 @@ def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
     strip = StripModel(14.0, 0.02, kind="rod")
     found = assess_strip(strip, low_path.low(strip.length, 0.7))
     assert found.stable
-    assert found.at_end
-    assert shape_error(*found.last, plan_r_path(strip.length)) < 2e-3
+    assert found.end is End.PATH
+    assert shape_error(*found.states[-1], plan_r_path(strip.length)) < 2e-3
     push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
     assert peak_forces(found.states)[1] == pytest.approx(push, rel=0.02)
 
@@ -36,10 +36,11 @@ def test_no_snap_of_the_mesh_below_the_touch_limit(eta_b: float) -> None:
 
 def test_a_snap_above_the_touch_limit() -> None:
     strip = StripModel(14.0, 0.02, kind="rod")
-    found = assess_strip(strip, low_path.low(strip.length, 1.65))
+    path = low_path.low(strip.length, 1.65)
+    found = assess_strip(strip, path)
     (event,) = found.events
     assert event.kind == SNAP
-    x, z = event.place
+    x, z = path.position(event.travelled)
     assert z == pytest.approx(1.65)
     assert x + 7.0 == pytest.approx(elastica.critical(1.65).advance, abs=0.01)
     slope = (elastica.critical(1.66).advance - elastica.critical(1.64).advance) / 0.02
@@ -64,5 +65,5 @@ def _slide(found: Track) -> float:
     assert found.stable
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]
-    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.last))
+    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
     return float(rest - first)

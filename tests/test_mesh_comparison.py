@@ -8,9 +8,8 @@ from math import isnan
 import numpy as np
 import pytest
 
-from stripfold.ask.mesh_comparison import Events, another_mesh, compared
-from stripfold.ask.verdict import assess_path
-from stripfold.base.errors import SolveError
+from assessing import assess_path
+from stripfold.ask.assess import Marks, mesh_change
 from stripfold.base.material import Material
 from stripfold.follow import contact_set
 from stripfold.follow.fall import assess_strip
@@ -26,37 +25,30 @@ NAN = float("nan")
 
 
 def test_the_same_events() -> None:
-    mesh = compared(Events((1.0, 3.0), 2.0), Events((1.25, 2.5), 2.125))
-    assert (mesh.critical, mesh.touch, mesh.said) == ((0.25, -0.5), 0.125, "")
+    changes, touch, said = mesh_change(Marks((1.0, 3.0), 2.0), Marks((1.25, 2.5), 2.125))
+    assert (changes, touch, said) == ((0.25, -0.5), 0.125, "")
 
 
 @pytest.mark.parametrize(
     ("here", "there", "said"),
     [
-        (Events((1.0,), NAN), Events((), NAN), "no critical points, not 1"),
-        (Events((), NAN), Events((1.0,), NAN), "1 critical point, not 0"),
-        (Events((), 2.0), Events((), NAN), "does not touch"),
-        (Events((), NAN), Events((), 2.0), "touches"),
-        (Events((1.0,), NAN), "it could not\nbe", "it could not be"),
+        (Marks((1.0,), NAN), Marks((), NAN), "no critical points, not 1"),
+        (Marks((), NAN), Marks((1.0,), NAN), "1 critical point, not 0"),
+        (Marks((), 2.0), Marks((), NAN), "does not touch"),
+        (Marks((), NAN), Marks((), 2.0), "touches"),
+        (Marks((1.0,), NAN), "it could not be", "it could not be"),
         # What a failure hides is no difference.
-        (Events((1.0, 2.0), NAN), Events((1.0,), 2.0, failed=True), ""),
-        (Events((1.0,), NAN, failed=True), Events((1.0, 2.0), NAN), ""),
-        (Events((1.0,), NAN, failed=True), Events((), NAN), "no critical points, not 1"),
+        (Marks((1.0, 2.0), NAN), Marks((1.0,), 2.0, failed=True), ""),
+        (Marks((1.0,), NAN, failed=True), Marks((1.0, 2.0), NAN), ""),
+        (Marks((1.0,), NAN, failed=True), Marks((), NAN), "no critical points, not 1"),
     ],
 )
-def test_other_events_are_said(here: Events, there: Events | str, said: str) -> None:
-    mesh = compared(here, there)
-    assert mesh.said.endswith(said)
-    assert bool(mesh.said) == bool(said)
-    assert len(mesh.critical) == len(here.travelled)
-    assert isnan(mesh.touch)
-
-
-def test_a_mesh_that_fails_is_said() -> None:
-    def fail() -> Events:
-        raise SolveError("no state")
-
-    assert "no state" in str(another_mesh(fail, None))
+def test_other_events_are_said(here: Marks, there: Marks | str, said: str) -> None:
+    changes, touch, told = mesh_change(here, there)
+    assert told.endswith(said)
+    assert bool(told) == bool(said)
+    assert len(changes) == len(here.travelled)
+    assert isnan(touch)
 
 
 def test_a_critical_point_on_both_meshes() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stripfold.ask import collapse_record
+from stripfold.ask.inputs import Effects, Simulation
 from stripfold.ask.model_error import model_error
-from stripfold.ask.simulation import Effects, Simulation
 from stripfold.base.errors import InvalidInputError
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}

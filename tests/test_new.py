@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from stripfold.ask.inputs import Scene
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Scene, Simulation
 from stripfold.cli import main
 from stripfold.film import recording
 from stripfold.synthetic import scene as synthetic

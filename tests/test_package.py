@@ -14,9 +14,8 @@ import pytest
 import yaml
 
 from stripfold import cli
-from stripfold.base import extras
+from stripfold.base import extras, version
 from stripfold.base.errors import InvalidInputError, MissingExtraError
-from stripfold.files import store
 from stripfold.film import video
 
 ROOT = Path(__file__).parents[1]
@@ -78,10 +77,10 @@ def test_the_version_is_that_of_the_tag(tmp_path: Path):
 
 
 def test_an_installed_copy_knows_its_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(store, "__file__", str(tmp_path / "files" / "store.py"))
-    assert store.git_commit(tmp_path) == "unknown"
+    monkeypatch.setattr(version, "__file__", str(tmp_path / "base" / "version.py"))
+    assert version.git_commit(tmp_path) == "unknown"
     (tmp_path / "commit.txt").write_text("abc123\n")
-    assert store.git_commit(tmp_path) == "abc123"
+    assert version.git_commit(tmp_path) == "abc123"
 
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
@@ -100,7 +99,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytes
 def test_what_needs_no_extra():
     """In a process in which the optional modules cannot be imported."""
     blocked = [module for modules in extras.MODULES.values() for module in modules]
-    names = ("strip", "results", "cli", "sweep", "analysis.collapse")
+    names = ("ask.strip", "ask.sweep", "cli", "ask.collapse", "film.measured")
     code = f"import sys; sys.modules |= dict.fromkeys({[*blocked, 'snakemake']!r})\n"
     code += "\n".join(f"import stripfold.{name}" for name in names)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 
 import stripfold as sf
+from assessing import assess_path
 from stripfold import elastica
-from stripfold.ask import path_choice, planned_motion
-from stripfold.ask.folding_plan import FoldingPlan
+from stripfold.ask import plan as planner
+from stripfold.ask import planned_motion
 from stripfold.ask.friction_needed import lost_with
-from stripfold.ask.gripper_map import gripper_map
-from stripfold.ask.verdict import Verdict, assess_path
+from stripfold.ask.inputs import PlanInputs
+from stripfold.ask.map import gripper_map
+from stripfold.ask.plan import FoldingPlan, distances_along
 from stripfold.base.errors import InvalidInputError, NoPathError
 from stripfold.cli import main
-from stripfold.draw.plan import distances_along
 from stripfold.paths.curve import polygon_length
 from stripfold.paths.geometric import triangular
 from stripfold.paths.motion import timed
@@ -27,7 +28,6 @@ from stripfold.paths.motion import timed
 ETA_B = 3780.0
 LIMIT = 1.5861708
 NAN = float("nan")
-GOOD = Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NAN, NAN, True, 0.0, True, "moving", "", ())
 
 
 def star(eta_b: float) -> float:
@@ -44,8 +44,8 @@ def plan(strip: sf.Strip) -> FoldingPlan:
     return strip.plan(layers_may_slide=True)
 
 
-def asked(**given: Any) -> path_choice.FoldingPlan:
-    return path_choice.FoldingPlan(**{"length": 0.5, "eta_b": ETA_B, **given})
+def asked(**given: Any) -> PlanInputs:
+    return PlanInputs(**{"length": 0.5, "eta_b": ETA_B, **given})
 
 
 def times(places: Any, speed: float, acceleration: float) -> Any:
@@ -91,7 +91,7 @@ class TestMotion:
 class TestMargin:
     def test_of_a_short_strip_is_the_distance_to_critical_points(self) -> None:
         length = 9.4
-        found = path_choice.margin_on(triangular(length), gripper_map(length))
+        found = planner.margin_on(triangular(length), gripper_map(length))
         heights = np.linspace(LIMIT, 2.5, 60)
         wall = np.array([(elastica.critical(z).state.advance, z) for z in heights[1:]])
         # Down the second edge, up to where the sag lands.
@@ -105,9 +105,9 @@ class TestMargin:
 
     def test_long_strips_snap(self) -> None:
         """The second edge, x = length - z, meets the boundary lambda_c(z) above the touch limit, or does not."""
-        z = LIMIT + path_choice.snaps_above(14.0)
+        z = LIMIT + planner.snaps_above(14.0)
         assert elastica.critical(z).state.advance == pytest.approx(14.0 - z, abs=1e-3)
-        assert path_choice.snaps_above(9.4) == 0.0
+        assert planner.snaps_above(9.4) == 0.0
 
 
 class TestChoice:
@@ -118,21 +118,19 @@ class TestChoice:
         assert all(verdict.stable and verdict.completed for verdict in plan.choice.verdicts)
         assert max(verdict.shape_error for verdict in plan.choice.verdicts) < 1e-3
 
-    @pytest.mark.usefixtures("unassessed")
     def test_the_worst_end_of_the_interval_decides(self) -> None:
         """With the given eta_b alone there would be heights: 9 mm, bumps, to 10.6 mm."""
-        path_choice.choose(asked(layers_may_slide=True, margin=0.037, eta_b_uncertainty=0.0))
+        planner.choose(asked(layers_may_slide=True, margin=0.037, eta_b_uncertainty=0.0))
         with pytest.raises(NoPathError) as caught:
-            path_choice.choose(asked(layers_may_slide=True, margin=0.037))
+            planner.choose(asked(layers_may_slide=True, margin=0.037))
         low = caught.value.refused[0]
         # Bumps of half a millimetre: 2.08 z^4 L* on the elastica (docs/low-path.md).
         lowest = (5e-4 * star(0.8 * ETA_B) ** 3 / 2.08) ** 0.25
         missing = lowest - (LIMIT * star(1.2 * ETA_B) - 0.037)
         assert (low.path, low.shortfall) == ("low", pytest.approx(missing, abs=5e-5))
         with pytest.raises(NoPathError, match=r"with the margin, at most 0\.0 mm high"):
-            path_choice.choose(asked(layers_may_slide=True, margin=0.1))
+            planner.choose(asked(layers_may_slide=True, margin=0.1))
 
-    @pytest.mark.usefixtures("unassessed")
     def test_thick_strips_are_carried_higher(self) -> None:
         """What lies gives: docs/low-path.md."""
         h = np.sqrt(12.0 * 0.006 / ETA_B)
@@ -140,13 +138,13 @@ class TestChoice:
         assert lowest > 0.4 * star(ETA_B)
         margin = LIMIT * star(ETA_B) - lowest
         given = {"length": 1.8, "eta_m": 0.006, "layers_may_slide": True, "eta_b_uncertainty": 0.0}
-        assert path_choice.choose(asked(**given, margin=margin - 1e-5)).margin == pytest.approx(margin - 1e-5)
+        assert planner.choose(asked(**given, margin=margin - 1e-5)).margin == pytest.approx(margin - 1e-5)
         with pytest.raises(NoPathError):
-            path_choice.choose(asked(**given, margin=margin + 1e-5))
+            planner.choose(asked(**given, margin=margin + 1e-5))
 
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
-            path_choice.choose(asked(length=0.22))
+            planner.choose(asked(length=0.22))
 
 
 class TestInTime:
@@ -199,7 +197,7 @@ class TestFriction:
     def test_what_holds(self, length: float, uncertainty: float, which: int, kappa_y: float, moment: float) -> None:
         """Against verdicts: a strip that the path pushes too far, and one that touches too late."""
         strip = asked(length=length, eta_b_uncertainty=uncertainty).strips[which]
-        path = path_choice.scaled(sf.paths.r_path(asked(length=length)), strip.gravity_length)
+        path = planner.scaled(sf.paths.r_path(asked(length=length)), strip.gravity_length)
         followed = (strip.material, strip.length, path)
         assert lost_with([followed], 1.25 * moment, kappa_y) is None
         assert lost_with([followed], 0.75 * moment, kappa_y) == followed
@@ -212,7 +210,7 @@ class TestFriction:
         with pytest.raises(
             NoPathError, match=r"lost with a friction moment of 8e-05 N, .*; about \S+ N would do"
         ) as caught:
-            path_choice.choose(asked(length=0.5, friction_moment=1e-4, margin=0.0), said.append)
+            planner.choose(asked(length=0.5, friction_moment=1e-4, margin=0.0), said.append)
         assert caught.value.refused[-1].path == "r-path"
         assert [line for line in said if line.startswith("r-path")] == ["r-path, friction with eta_b = 3024"]
 
@@ -226,7 +224,7 @@ class TestFriction:
         """Truth: M_0 by searches on the path, rho_a g L*^2; a quarter more is asked for."""
         given = asked(length=length * star(ETA_B), eta_b_uncertainty=uncertainty, margin=0.0)
         with pytest.raises(NoPathError) as caught:
-            path_choice.choose(given)
+            planner.choose(given)
         about = re.search(r"about (\S+) N would do", caught.value.refused[-1].reason)
         assert about is not None
         scale = given.material.force_scale * star(ETA_B)

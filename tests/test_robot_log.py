@@ -15,7 +15,7 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.files.tables import read_table
 from stripfold.paths import FoldPath
-from stripfold.paths.robot_log import LogFormat, smoothed
+from stripfold.paths.table import LogFormat, smoothed
 
 STRIP = sf.Strip(length=0.45, eta_b=3780.0)
 ASKED = ["--length", "0.45", "--eta-b", "3780", "--model", "rod"]
@@ -183,12 +183,12 @@ def test_a_critical_point_is_found_again_in_the_file(tmp_path: Path, factor: flo
         ({"frame": "0,1,2"}, "x0,z0,flip"),
         ({"frame": "0,1,flip,0"}, "x0,z0,flip"),
         ({"smooth": 0.0}, "more than 0"),
-        ({"smooth": float("nan")}, "more than 0"),
+        ({"smooth": float("nan")}, "a number"),
     ],
 )
 def test_what_is_no_format(given: dict[str, str], says: str) -> None:
     with pytest.raises(InvalidInputError, match=says):
-        LogFormat.of(**given)  # type: ignore[arg-type]
+        LogFormat(**given)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.ask import critical_point as critical
-from stripfold.ask.inputs import Scene
-from stripfold.ask.simulation import Simulation
+from stripfold.ask import critical
+from stripfold.ask.inputs import Scene, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.follow.track import End

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stripfold.ask.collapse_record import in_solver_units
-from stripfold.ask.simulation import Release, Simulation
+from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.errors import InvalidInputError
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}

@@ -11,7 +11,7 @@ import xarray as xr
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.ask.gripper_map import GripperMap, gripper_map
+from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
 from stripfold.elastica.boundary import TAUT

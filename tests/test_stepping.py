@@ -14,9 +14,10 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, LostStabilityError
 from stripfold.base.material import Material
 from stripfold.follow import contact_branch, contact_events, memory
-from stripfold.follow.contact_branch import BranchCrossing, BranchPoint
-from stripfold.follow.memory import effects_of, load_incrementally, load_incrementally_from, steps_on, with_effects
+from stripfold.follow.contact_branch import BranchCrossing, BranchPoint, Planned
+from stripfold.follow.memory import Effects, effects_of, load_incrementally_from, start_on_path, steps_on, with_effects
 from stripfold.follow.statics import StripModel, lift, solve_height
+from stripfold.follow.track import on_mesh
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
@@ -53,6 +54,12 @@ def none(model: Model, q: Array) -> tuple[Effect, ...]:
 def both(model: Model, q: Array) -> tuple[Effect, ...]:
     """Both laws at once."""
     return Pull(model, 0.05, q), Hysteresis.of(model, 0.02, slack=q)
+
+
+def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> Iterator[BranchPoint]:
+    """Step after step along a path, from the flat strip on."""
+    first = start_on_path(mesh, path, effects, size)
+    yield from load_incrementally_from(first, steps_on(path, first.problem.mesh.length, size))
 
 
 def unbalanced(problem: MovingContact, q: Array, lam: float) -> float:
@@ -118,28 +125,28 @@ class TestLoadingIncrementally:
         before = next(item.before for item in branch if isinstance(item, BranchCrossing))
         expected = continuation.step_to(before.problem, before.point, corner, contact_branch.STEPS)
         step = next(s for s in load_incrementally(MESH, LOW, none, size) if s.lam == corner)
-        assert step.at.contact[0] == pytest.approx(expected.q[-1], abs=1e-3)
+        assert step.contact[0] == pytest.approx(expected.q[-1], abs=1e-3)
         s = np.linspace(0.0, 12.0, 50)
         places = [
             at.problem.at(at.contact).model.resampled_mid_surface(at.point.q[: at.problem.n], s)
-            for at in (step.at, BranchPoint(before.problem, expected))
+            for at in (step, BranchPoint(before.problem, expected))
         ]
         np.testing.assert_allclose(places[0], places[1], atol=1e-3)
 
     def test_pieces_and_friction_of_strength_zero(self):
         begin = replace(LOW, pieces=LOW.pieces[:2])
         steps = list(load_incrementally(MESH, begin, none, 2.0))
-        assert [(step.at.problem.motion, step.lam) for step in steps] == list(steps_on(begin, 12.0, 2.0))
+        assert [(step.problem.motion, step.lam) for step in steps] == list(steps_on(begin, 12.0, 2.0))
         assert memory.effects_of("pull", 0.0)(MESH(np.ones(1)).model, np.zeros(1)) == ()
         weak = load_incrementally(MESH, LOW, lambda model, q: (Pull(model, 0.0, q),), 2.0)
         for step, other in zip(steps[:4], weak, strict=False):
-            np.testing.assert_allclose(step.at.point.q, other.at.point.q, atol=1e-8)
+            np.testing.assert_allclose(step.point.q, other.point.q, atol=1e-8)
 
     def test_each_step_is_an_equilibrium_with_its_friction(self, low_steps: list[BranchPoint]):
         for step in low_steps:
-            at = step.at
+            at = step
             assert unbalanced(at.problem, at.point.q, step.lam) < 1e-7
-            problem, point = step.on_mesh
+            problem, point = on_mesh(step)
             place = point.q[problem.model.middle[0]] - [6.0, 0.0]
             np.testing.assert_allclose(place, LOW.position(step.lam), atol=1e-9)
             assert at.point.negatives == 0
@@ -150,25 +157,25 @@ class TestLoadingIncrementally:
             held = [] if problem.model.slopes is None else problem.model.slopes
             assert np.abs(residual[np.setdiff1d(others, held)]).max() < 1e-7
         assert [step.touches for step in low_steps] == sorted(step.touches for step in low_steps)
-        assert low_steps[-1].at.topology in (POINT, INTERVAL)
+        assert low_steps[-1].topology in (POINT, INTERVAL)
 
     def test_effects_remember_the_step_before(self, low_steps: list[BranchPoint]):
         compared = 0
         for before, step in pairwise(low_steps):
-            if step.at.problem.mesh is not before.at.problem.mesh:
+            if step.problem.mesh is not before.problem.mesh:
                 continue
             compared += 1
-            q, problem = before.at.point.q, before.at.problem
-            pull, hysteresis = step.at.problem.effects
+            q, problem = before.point.q, before.problem
+            pull, hysteresis = step.problem.effects
             np.testing.assert_array_equal(pull.q_prev, q[: problem.n])
-            np.testing.assert_array_equal(step.at.problem.remembered, before.at.contact)
-            old = problem.at(before.at.contact).effects[1]
+            np.testing.assert_array_equal(step.problem.remembered, before.contact)
+            old = problem.at(before.contact).effects[1]
             lost = old.dissipation(q[: problem.n])
             assert hysteresis.dissipated == pytest.approx(old.dissipated + lost, rel=1e-12)
         assert compared > 10
-        assert low_steps[-1].at.effects[1].dissipated > 1e-3
+        assert low_steps[-1].problem.effects[1].dissipated > 1e-3
         # What is reported of a step's stability is with the friction: without it the eigenvalue is lower by k_f.
-        at = next(step.at for step in low_steps if step.at.problem.motion.path == LOW.pieces[1])
+        at = next(step for step in low_steps if step.problem.motion.path == LOW.pieces[1])
         bare = MovingContact(at.problem.mesh, at.problem.motion)
         free = continuation.evaluate(bare, at.point.state, at.point.tangent)
         assert at.point.eigenvalues[0] > free.eigenvalues[0] + 0.04
@@ -178,7 +185,7 @@ class TestLoadingIncrementally:
         """The force that the update takes away is there at first; then in proportion to lambda no longer."""
         start = lifted(3.0, kind)
         places = [(start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 4)]
-        at = list(load_incrementally_from(with_effects(start, both), places))[-1].at
+        at = list(load_incrementally_from(with_effects(start, both), places))[-1]
         end = at.point.lam + 0.2
         step = memory._StepProblem.after(at, end)
         accepted = at.problem.accepted(at.point.q)
@@ -287,7 +294,7 @@ def test_what_slides_goes_on_sliding_in_the_next_step() -> None:
 
 def test_the_end_of_a_layer_beside_the_gripper_is_told_from_the_others() -> None:
     """Where another end of the contact moves most, or where no layer lies, a limit point is a loss."""
-    steps = [step.at for step in load_incrementally(MESH, LOW, none, 1.0)]
+    steps = [step for step in load_incrementally(MESH, LOW, none, 1.0)]
     at = next(at for at in steps if at.topology == INTERVAL)
 
     def moving(*rates: float) -> bool:
@@ -307,13 +314,13 @@ def test_a_layer_that_begins_to_lie_just_over_the_floor() -> None:
     mesh = StripModel(length, 0.0513747, kind="rod").contact_mesh(1.0, memory=True)
     *_, last = load_incrementally(mesh, path, effects_of("hysteresis", 0.2758, 0.526615), 0.25)
     assert last.lam == path.length
-    assert last.at.topology == FOLDED
+    assert last.topology == FOLDED
 
 
 def test_a_state_on_elements_planned_anew_is_an_equilibrium_with_its_friction() -> None:
     """With the memory that the new elements have, and its branch goes on as it came."""
     steps = load_incrementally(MESH, LOW, lambda model, q: (Hysteresis.of(model, 0.1, slack=q),), 0.4)
-    at = next(step.at for step in steps if step.lam > 3.0)
+    at = next(step for step in steps if step.lam > 3.0)
     loaded = BranchPoint(at.problem.accepted(at.point.q), at.point)
     new = contact_branch.transferred(loaded, mesh=at.problem.mesh.replanned(1.1 * at.contact))
     assert unbalanced(new.problem, new.point.q, new.point.lam) < 1e-8

@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 import stripfold
+from stripfold.base import version
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.files import store
 
@@ -54,7 +55,7 @@ def test_provenance(tmp_path):
     attrs = store.read(tmp_path / "a.nc").attrs
     assert attrs["title"] == "A test"
     assert attrs["stripfold_version"] == stripfold.__version__
-    assert attrs["git_commit"] == store.running_commit()
+    assert attrs["git_commit"] == version.running_commit()
     assert attrs["Conventions"].startswith("CF-")
     assert json.loads(attrs["config"]) == {"gravity": 9.81}
     packages = json.loads(attrs["packages"])
@@ -85,7 +86,7 @@ def test_who_made_it_from_what(tmp_path):
         store.write(example(), tmp_path / name, title="a test")
     attrs = store.read(tmp_path / "a.nc").attrs
     assert attrs["Conventions"] == "CF-1.11, ACDD-1.3"
-    assert attrs["source"] == f"stripfold {stripfold.__version__}, commit {store.running_commit()}"
+    assert attrs["source"] == f"stripfold {stripfold.__version__}, commit {version.running_commit()}"
     assert attrs["history"].startswith(attrs["source"])
     assert "10.1109/TMECH.2020.2980957" in attrs["references"]
     assert attrs["license"].startswith("MIT")
@@ -285,7 +286,7 @@ def checkout(tmp_path, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     package = tmp_path / "src" / "stripfold"
     package.mkdir(parents=True)
-    (package / "store.py").write_text("")
+    (package / "version.py").write_text("")
     (tmp_path / "README.md").write_text("")
     run_git(tmp_path, "init", "-q")
     return tmp_path
@@ -293,26 +294,26 @@ def checkout(tmp_path, monkeypatch):
 
 def test_commit_of_a_checkout(checkout):
     package = checkout / "src" / "stripfold"
-    assert store.git_commit(package) == "unknown"  # not tracked
+    assert version.git_commit(package) == "unknown"  # not tracked
     run_git(checkout, "add", ".")
-    assert store.git_commit(package) == "unknown"  # no commit yet
+    assert version.git_commit(package) == "unknown"  # no commit yet
     run_git(checkout, "commit", "-q", "-m", "first")
     commit = run_git(checkout, "rev-parse", "HEAD")
     assert len(commit) == 40
-    assert store.git_commit(package) == commit
+    assert version.git_commit(package) == commit
     installed = checkout / "site-packages" / "stripfold"
     installed.mkdir(parents=True)
-    (installed / "store.py").write_text("")
-    assert store.git_commit(installed) == "unknown"  # inside the checkout, but not of it
+    (installed / "version.py").write_text("")
+    assert version.git_commit(installed) == "unknown"  # inside the checkout, but not of it
     (checkout / "README.md").write_text("changed, but decides no result")
-    assert store.git_commit(package) == commit
+    assert version.git_commit(package) == commit
     (package / "new.py").write_text("")
-    assert store.git_commit(package) == f"{commit}-dirty"
+    assert version.git_commit(package) == f"{commit}-dirty"
     (package / "new.py").unlink()
-    (package / "store.py").write_text("changed")
-    assert store.git_commit(package) == f"{commit}-dirty"
+    (package / "version.py").write_text("changed")
+    assert version.git_commit(package) == f"{commit}-dirty"
 
 
 def test_commit_without_git(checkout, monkeypatch):
     monkeypatch.setenv("PATH", "")
-    assert store.git_commit(checkout / "src" / "stripfold") == "unknown"
+    assert version.git_commit(checkout / "src" / "stripfold") == "unknown"

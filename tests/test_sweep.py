@@ -16,8 +16,8 @@ import xarray as xr
 import yaml
 
 from stripfold.ask import sweep
+from stripfold.ask.critical import CriticalPoint
 from stripfold.ask.inputs import Scene
-from stripfold.ask.results import CriticalPoint
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store

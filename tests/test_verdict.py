@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import stripfold as sf
+from assessing import assess_path
 from stripfold import elastica
-from stripfold.ask.verdict import assess_path
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.paths import geometric, low_path

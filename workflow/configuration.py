@@ -1,4 +1,4 @@
-"""The configuration of a run: read, validated (:mod:`config_models`), completed, resolved."""
+"""The configuration of a run: its keys with units, limits and defaults; read, checked, completed, resolved."""
 
 from __future__ import annotations
 
@@ -7,15 +7,128 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self
 
-from config_models import Configuration
-from stripfold.ask.inputs import Model, Scene
-from stripfold.base.errors import InvalidInputError
-from stripfold.base.material import Material
-from stripfold.base.validation import read_yaml
+from pydantic import Field, model_validator
+
+from stripfold.ask.inputs import Accuracy, EtaB, EtaM, Gravity, Law, Length, Model, Nu, RhoA, Scene
+from stripfold.base.errors import MISSING, InvalidInputError
+from stripfold.base.material import GRAVITY, Material
+from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, Whole, quantity, read_yaml
+from verification import STUDIES
 
 Config = dict[str, Any]
+LengthStar = Annotated[Number, quantity("length of the strip", "L*", gt=0.0)]
+HeightStar = Annotated[Number, quantity("gripper height", "L*", gt=0.0)]
+Refinement = Annotated[Number, quantity("element size over that of the standard mesh", gt=0.0)]
+Step = Annotated[Number, quantity("size of the steps along the path", "L*", gt=0.0)]
+Speed = Annotated[Number, quantity("speed of the gripper", "m s^-1", gt=0.0)]
+OneOrTwo = Annotated[Whole, quantity("1 or 2", ge=1, le=2)]
+
+
+class Solid(Input):
+    """How the solid is discretised."""
+
+    order: OneOrTwo = 2
+    elements_across: OneOrTwo = 1
+    law: Law = "svk"
+    accuracy: Accuracy = 1e-3
+
+
+Friction = Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g L*^2", ge=0.0)]
+
+
+class Recordings(Input):
+    """Synthetic recordings that are made and measured."""
+
+    materials: AtLeastOne[Text]
+    heights: AtLeastOne[HeightStar]
+    speeds: AtLeastOne[Speed]
+    friction_moment_star: Annotated[list[Friction], Field(description="M_0 of each of the materials")]
+    length_star: LengthStar = 20.0
+
+
+class Assessment(Input):
+    """Folding paths followed by all materials."""
+
+    refinement: Refinement = 1.0
+    friction_refinement: Annotated[Refinement, Field(description="for the search of the smallest friction")] = 1.0
+    step: Step = 0.1
+
+
+class Secant(Input):
+    """In place of eta_b and rho_a: the secant stiffness of a measured law."""
+
+    table: Annotated[Text, Field(description="CSV file of moment over curvature")]
+    areal_load: Annotated[Number, quantity("weight per area", "N m^-2", gt=0.0)]
+    height: Annotated[Number, quantity("height whose critical state sets the curvature", "L*")]
+    stiffness: Annotated[Number | None, quantity("filled in: bending stiffness per width", "N m")] = None
+    kappa: Annotated[Number | None, quantity("filled in: curvature of the secant", "m^-1")] = None
+
+
+class MaterialEntry(Input):
+    """A strip of the x-axis study."""
+
+    name: Annotated[
+        str, Field(pattern=r"^[a-z][a-z0-9_]*$", description="used in file names: small letters, digits and _")
+    ]
+    label: Annotated[Text, Field(description="used in figures")]
+    source: Annotated[Text, Field(description="where the numbers are from")]
+    eta_b: EtaB | None = None
+    eta_m: EtaM = 1e-3
+    nu: Nu = 0.0
+    rho_a: RhoA | None = None
+    length: Length
+    heights: AtLeastOne[HeightStar]
+    touching_heights: Distinct[HeightStar] = Field(default_factory=list, description="heights of which none snaps")
+    secant: Secant | None = None
+
+    @model_validator(mode="after")
+    def _check_stiffness(self) -> Self:
+        if self.eta_b is None and self.secant is None:
+            raise InvalidInputError("eta_b", MISSING, "a number, m^-4 s^2", "or give secant instead")
+        return self
+
+
+class Configuration(Input):
+    """Configuration of a run."""
+
+    results: Annotated[Text, Field(description="folder of the stored results")] = "results"
+    figures: Annotated[Text, Field(description="folder of the figures")] = "figures"
+    collapse: Annotated[Text, Field(description="scene file of the simulated and filmed collapse")] = (
+        "workflow/config/collapse.yaml"
+    )
+    gravity: Gravity = GRAVITY
+    solid: Solid = Solid()
+    images: Annotated[
+        Text, Field(description="folder of the public test pictures; without it the stored results are used")
+    ] = "../shared/data"
+    recordings: Recordings
+    assessment: Assessment = Assessment()
+    materials: Annotated[list[MaterialEntry], Field(min_length=1)]
+    scale: Annotated[Literal["quick", "reader", "release"], Field(description="of the studies")] = "reader"
+    studies: Annotated[
+        dict[str, dict[str, Any]], Field(description="arguments of studies that differ from their defaults")
+    ] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        for name in self.studies:
+            if name not in STUDIES:
+                raise InvalidInputError("studies", name, f"one of {', '.join(STUDIES)}")
+        names = [material.name for material in self.materials]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise InvalidInputError(f"materials[{i}].name", name, "a name that no other material has")
+        for i, name in enumerate(self.recordings.materials):
+            if name not in names:
+                raise InvalidInputError(f"recordings.materials[{i}]", name, f"one of the materials {', '.join(names)}")
+        filmed, frictions = len(self.recordings.materials), len(self.recordings.friction_moment_star)
+        if frictions != filmed:
+            raise InvalidInputError(
+                "recordings.friction_moment_star", f"{frictions} numbers", f"{filmed}, one for each material"
+            )
+        return self
 
 
 def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.PathLike[str] = ".") -> Config:
@@ -39,7 +152,6 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
         material.setdefault("rho_a", 1.0)
         _check_heights(config, material, at)
     _check_recordings(config)
-    _check_studies(config)
     return config
 
 
@@ -128,18 +240,6 @@ def _check_recordings(config: Config) -> None:
             asked_scene = _scene_at(config, strip, height, at, f"recordings.heights[{j}]")
             with _named({"length": "recordings.length_star"}, at):
                 asked_scene.require_long_enough()
-
-
-def _check_studies(config: Config) -> None:
-    if (limit := config["studies"].get("limit")) is None:
-        return
-    star = Material(limit["eta_b"], gravity=config["gravity"]).gravity_length
-    strip = {"eta_b": limit["eta_b"], "nu": 0.0, "rho_a": 1.0, "length": limit["length_star"] * star}
-    for eta_m in limit["eta_m"]:
-        at = "studies.limit"
-        asked = _scene_at(config, {**strip, "eta_m": eta_m}, limit["height"], at, f"{at}.height")
-        with _named({"length": f"{at}.length_star"}, at):
-            asked.require_long_enough()
 
 
 def _scene_at(config: Config, material: Config, height: float, at: str, height_key: str) -> Scene:

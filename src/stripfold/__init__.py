@@ -36,11 +36,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stripfold import paths
     from stripfold.ask import sweep
-    from stripfold.ask.folding_plan import FoldingPlan
-    from stripfold.ask.path_assessment import PathAssessment
-    from stripfold.ask.results import CriticalPoint, StripCollapse
-    from stripfold.ask.simulation import Release
-    from stripfold.ask.stability_map import StabilityMap
+    from stripfold.ask.assess import PathAssessment
+    from stripfold.ask.collapse import StripCollapse
+    from stripfold.ask.critical import CriticalPoint
+    from stripfold.ask.inputs import Release
+    from stripfold.ask.map import StabilityMap
+    from stripfold.ask.plan import FoldingPlan
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
     from stripfold.film.measured import EtaB, RecordingMeasurement, eta_b, measure
@@ -71,12 +72,13 @@ __all__ = [
 
 _MODULES = {
     "base.errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
-    "ask.folding_plan": ("FoldingPlan",),
+    "ask.plan": ("FoldingPlan",),
     "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
-    "ask.path_assessment": ("PathAssessment",),
-    "ask.results": ("CriticalPoint", "StripCollapse"),
-    "ask.simulation": ("Release",),
-    "ask.stability_map": ("StabilityMap",),
+    "ask.assess": ("PathAssessment",),
+    "ask.collapse": ("StripCollapse",),
+    "ask.critical": ("CriticalPoint",),
+    "ask.inputs": ("Release",),
+    "ask.map": ("StabilityMap",),
     "ask.strip": ("Strip",),
 }
 _FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k_f in s^-2"}
@@ -84,7 +86,9 @@ _FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        return _version()
+        from stripfold.base.version import version
+
+        return version()
     if name in ("paths", "sweep"):
         return import_module("stripfold.paths" if name == "paths" else "stripfold.ask.sweep")
     for module, names in _MODULES.items():
@@ -94,16 +98,6 @@ def __getattr__(name: str) -> object:
             return found
     former = f": {_FORMER[name]}" if name in _FORMER else ""
     raise AttributeError(f"module 'stripfold' has no attribute {name!r}{former}")
-
-
-def _version() -> str:
-    """Of the installed package: that of its tag."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("stripfold")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def __dir__() -> list[str]:

@@ -8,15 +8,15 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-import stripfold
 from stripfold import cli_commands as commands
-from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
+from stripfold import cli_doctor, cli_recordings
 from stripfold.base.errors import InvalidInputError, StripfoldError
+from stripfold.base.version import version
 from stripfold.cli_messages import Say, in_si, messages, printable, verbosity_options, write
 
 if TYPE_CHECKING:
@@ -26,13 +26,17 @@ if TYPE_CHECKING:
 class Command(NamedTuple):
     """A sub-command: what it does, in a line and in a sentence; its options; the function that does it.
 
-    The function returns what is printed, and an exit code where that is part of the result.
+    The function returns what is printed, and an exit code where that is part of the result.  ``writes`` and
+    ``named_after`` are those of :func:`.cli_commands.check_outputs`; ``json``: whether it has the common ``--json``.
     """
 
     help: str
     description: str
     options: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
+    writes: Mapping[str, str] = {}
+    named_after: Sequence[str] = ()
+    json: bool = True
 
 
 def _completion_options(parser: argparse.ArgumentParser) -> None:
@@ -54,12 +58,15 @@ COMMANDS = {
         "Find where a strip snaps through that lies flat, is lifted at one end and is then drawn over itself.",
         commands.critical_options,
         commands.critical,
+        {"plot": ".png"},
     ),
     "sweep": Command(
         "critical points of a grid of strips, on all cores",
         "Find the critical points of all combinations of values; a sweep that was interrupted goes on.",
         commands.sweep_options,
         commands.sweep,
+        {"output": ".nc"},
+        ("grid",),
     ),
     "eta": Command(
         "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
@@ -67,42 +74,52 @@ COMMANDS = {
         "a picture of such a loop or of a strip that hangs out of a clamp.",
         cli_recordings.eta_options,
         cli_recordings.eta,
+        {"picture": ".png"},
     ),
     "simulate": Command(
         "simulation of a collapse: statics, fall, statics again",
         "Move a strip's gripper to the critical point, let the strip fall to rest, and move on.",
         commands.simulate_options,
         commands.simulate,
+        {"output": ".nc", "plot": ".png"},
+        ("scene", "collapse"),
     ),
     "film": Command(
         "film of a simulated collapse",
         "Draw the result of `stripfold simulate` as an MP4 film.",
         commands.film_options,
         commands.film,
+        {"output": ".mp4"},
+        ("result",),
     ),
     "path": Command(
         "gripper path of a half fold",
         "Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor.",
-        cli_paths.path_options,
-        cli_paths.path,
+        commands.path_options,
+        commands.path,
+        {"plot": ".png", "csv": ".csv"},
     ),
     "plan": Command(
         "a gripper path that folds a strip whose eta_b is not well known",
         "Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot.",
-        cli_plan.options,
-        cli_plan.plan,
+        commands.plan_options,
+        commands.plan,
+        {"csv": ".csv", "json": ".json", "report": ".html", "plot": ".png"},
+        json=False,
     ),
     "map": Command(
         "stability map: the gripper places that a strip follows",
         "Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it.",
-        cli_paths.map_options,
-        cli_paths.map_places,
+        commands.map_options,
+        commands.map_places,
+        {"output": ".nc", "plot": ".png"},
     ),
     "assess": Command(
         "assessment of a gripper path: critical points, falls, touch, forces",
         "Follow a path statically to its critical points, let the strip fall there, and go on to its end.",
-        cli_paths.assess_options,
-        cli_paths.assess,
+        commands.assess_options,
+        commands.assess,
+        {"plot": ".png", "film": ".mp4", "output": ".nc"},
     ),
     "record": Command(
         "synthetic recording: film, calibration, log and truth",
@@ -115,6 +132,8 @@ COMMANDS = {
         "Calibrate a camera, report each picture and the quality, and accept or refuse it.",
         cli_recordings.calibrate_options,
         cli_recordings.calibrate,
+        {"output": ".yaml"},
+        ("camera",),
     ),
     "measure": Command(
         "lambda at the snap in a recording",
@@ -127,17 +146,20 @@ COMMANDS = {
         "Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained.",
         commands.new_options,
         commands.new,
+        {"output": ".yaml"},
+        json=False,
     ),
     "completion": Command(
         "completion of commands and options by the tab key, for a shell",
         'Print the script that completes commands and options: eval "$(stripfold completion bash)".',
         _completion_options,
         _completion,
+        json=False,
     ),
     "doctor": Command(
         "versions, codecs and a small run: what is installed, and what is missing",
         "Say what is installed and what is missing, and solve one strip with two models.",
-        cli_doctor.options,
+        lambda _: None,
         cli_doctor.doctor,
     ),
 }
@@ -183,7 +205,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             if isinstance(given, str) and "\0" in given:
                 raise InvalidInputError(name, given, "a text without the character NUL")
         with messages(arguments) as say:
-            answer = COMMANDS[arguments.command].run(arguments, say)
+            command = COMMANDS[arguments.command]
+            commands.check_outputs(arguments, command.writes, command.named_after)
+            answer = command.run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)
         write(said)
         return code
@@ -242,7 +266,7 @@ class _Version(argparse.Action):
     """Looked up only where it is asked for."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        print(f"{parser.prog} {stripfold.__version__}")
+        print(f"{parser.prog} {version()}")
         parser.exit()
 
 
@@ -259,5 +283,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
         # The models are imported for the command that is called, not for `--help`.
         if name in argv:
             command.options(options)
+            if command.json:
+                options.add_argument("--json", action="store_true", help="print one JSON object")
             verbosity_options(options)
     return parser

@@ -4,27 +4,39 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
 from stripfold.base.errors import MISSING, InvalidInputError, SolveError, TimeStepError
+from stripfold.base.extras import require
 from stripfold.cli_messages import Say, logger
 from stripfold.files.json_output import as_json, document
 
 if TYPE_CHECKING:
     from stripfold.base.validation import Input
     from stripfold.files.reporting import Result
-    from stripfold.paths import FoldPath
+
+    M = TypeVar("M", bound=Input)
 
 STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
+EXTRAS = {".png": "plot", ".html": "plot", ".mp4": "vision"}
+"""Optional part of the package that makes a file, by the end of its name."""
+INPUTS = ("grid", "scene", "result", "path", "image")
+"""Arguments that name a file which a command reads."""
+TOO_LOW, TOO_HIGH = 0.44, 0.02
+"""Distance of the first touch on an R-path from the planned one where the plan's eta_b is 5 % too low and too high, L*:
+a strip without friction, study disturbed_rpath (docs/physics.md, section 9)."""
+
+
+# -- options
 
 
 def number(text: str, unit: str = "") -> float:
-    """A number in a unit; without one it may be in per cent."""
+    """Read a number in a unit; without one it may be in per cent."""
     try:
         return float(text[:-1]) / 100.0 if text.endswith("%") and not unit else float(text)
     except ValueError:
@@ -37,230 +49,374 @@ def number(text: str, unit: str = "") -> float:
 metres = partial(number, unit="m")
 
 
-def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
-    """An option from the field of an input model: its help, unit, choices and default."""
+def place_or_auto(text: str) -> float | str:
+    """Read a place, m, or "auto"."""
+    return text if text == "auto" else metres(text)
+
+
+def option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
+    """Add an option from the field of an input model: its help, unit, choices and default."""
     field = model.model_fields[name]
     extra = field.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    kinds = [kind for kind in (field.annotation, *get_args(field.annotation)) if get_origin(kind) is Literal]
+    kinds = [field.annotation, *get_args(field.annotation)]
+    choices = next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
     text = f"{field.description}, {unit}" if unit else f"{field.description}"
-    if field.is_required():
+    if field.annotation is bool:
+        more["action"] = "store_true"
+    elif field.is_required():
         more.setdefault("required", True)
     elif field.default is not None:
         default = field.default if isinstance(field.default, str) else f"{field.default:g}"
         more["default"], text = field.default, f"{text} [{default}]"
-    if kinds:
-        more["choices"] = get_args(kinds[0])
-    elif field.annotation is not str and "metavar" not in more:
+    if choices == ("auto",):
+        more |= {"type": place_or_auto, "metavar": "M|auto"}
+    elif choices:
+        more["choices"] = choices
+    elif field.annotation not in (str, bool) and "metavar" not in more:
         more |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
     parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
 
 
-def _options(parser: argparse.ArgumentParser, model: type[Input], names: Sequence[str]) -> None:
+def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str]) -> None:
+    """Add options from fields of an input model."""
     for name in names:
-        _option(parser, model, name)
+        option(parser, model, name)
 
 
-def _given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
-    """The options that were given for the fields of a model."""
+def given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
+    """Return the options that were given for the fields of a model."""
     return {key: value for key, value in vars(arguments).items() if key in model.model_fields and value is not None}
 
 
-INPUTS = ("grid", "scene", "result", "path", "image")
-"""Arguments that name a file which a command reads."""
+def _asked(arguments: argparse.Namespace, model: type[M], **more: Any) -> M:
+    return model(**given(arguments, model), **more)
 
 
-def _output(arguments: argparse.Namespace, option: str, suffix: str, source: str) -> Path:
-    """Where to write: as given, or in the working folder under the name of the source."""
-    given = getattr(arguments, option)
-    path = Path(f"{Path(source).stem}{suffix}" if given is None else given)
-    if path.suffix != suffix:
-        raise InvalidInputError(option, given or "", f"a name that ends in {suffix}")
-    return _writable(path, arguments, option)
+# -- files that are written, and what is printed
 
 
-def _asked_output(arguments: argparse.Namespace, option: str, suffix: str) -> Path | None:
-    """Where to write, if that is given."""
-    return None if getattr(arguments, option) is None else _output(arguments, option, suffix, "")
+def check_outputs(arguments: argparse.Namespace, writes: Mapping[str, str], named_after: Sequence[str]) -> None:
+    """Check up front that the output files can be written, and put their paths in the place of their names.
+
+    ``writes``: options that name a file, and how its name ends.  ``named_after``: where the first of them is not given,
+    it is called, in the working folder, after the file of the first of these arguments that is, or else has this name.
+    """
+    for name, suffix in writes.items():
+        said = getattr(arguments, name)
+        if named_after and name == next(iter(writes)) and said is None:
+            sources = (getattr(arguments, name, None) for name in named_after)
+            said = f"{Path(next(filter(None, sources), named_after[-1])).stem}{suffix}"
+        if not isinstance(said, str):  # not given, or to be printed
+            continue
+        if suffix in EXTRAS:
+            require(EXTRAS[suffix])
+        if Path(said).suffix != suffix:
+            raise InvalidInputError(name, getattr(arguments, name) or "", f"a name that ends in {suffix}")
+        setattr(arguments, name, writable(Path(said), arguments, name))
 
 
-def _writable(path: Path, arguments: argparse.Namespace, option: str = "output") -> Path:
-    """Refuse, by trying, what would only be found out when all is computed, and to replace what the command reads."""
+def writable(path: Path, arguments: argparse.Namespace, name: str = "output") -> Path:
+    """Check by trying that a file can be written, and that it does not replace what the command reads."""
     from stripfold.files.store import literal
 
     literal(path)
     if os.path.isdir(path):
-        raise InvalidInputError(option, str(path), "a file, or nothing yet", "remove the folder")
+        raise InvalidInputError(name, str(path), "a file, or nothing yet", "remove the folder")
     if not os.path.isdir(path.parent):
-        raise InvalidInputError(option, str(path), "a path in an existing folder", f"make {path.parent} first")
-    inputs = [getattr(arguments, name, None) for name in INPUTS]
-    if path.exists() and any(name and os.path.exists(name) and path.samefile(name) for name in inputs):
-        raise InvalidInputError(option, str(path), "another file than the input", "it would be replaced")
+        raise InvalidInputError(name, str(path), "a path in an existing folder", f"make {path.parent} first")
+    inputs = [getattr(arguments, key, None) for key in INPUTS]
+    if path.exists() and any(file and os.path.exists(file) and path.samefile(file) for file in inputs):
+        raise InvalidInputError(name, str(path), "another file than the input", "it would be replaced")
     try:
         with TemporaryDirectory(prefix=".stripfold-", dir=path.parent) as folder:
             (Path(folder) / path.name).touch()
     except OSError as error:
-        raise InvalidInputError(option, str(path), "a file that can be written", error.strerror or "") from error
+        raise InvalidInputError(name, str(path), "a file that can be written", error.strerror or "") from error
     return path
 
 
-def _lines(rows: Sequence[tuple[str, str]]) -> str:
-    # A name may have line ends.
+def lines(rows: Sequence[tuple[str, str]]) -> str:
+    """Return names and values as lines; a name of a file may have line ends."""
     return "\n".join(f"{name:<12} " + text.replace("\n", "\\n") for name, text in rows)
 
 
-def _said(result: Result, arguments: argparse.Namespace) -> str:
-    return as_json(document(result.to_dict(), result.config())) if arguments.json else str(result)
-
-
-def _json_option(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
-def _plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") -> None:
-    parser.add_argument(f"--{name}", metavar="OUT.png", help=f"where to draw {what}")
-
-
-def _plot_file(arguments: argparse.Namespace, option: str = "plot") -> Path | None:
-    """Where to draw, if that is asked for, checked before anything is computed."""
-    if getattr(arguments, option) is not None:
-        from stripfold.base.extras import require
-
-        require("plot")
-    return _asked_output(arguments, option, ".png")
-
-
-def _draw(result: Result | FoldPath, target: Path | None) -> None:
+def draw(found: Any, target: Path | None) -> None:
+    """Draw a result or a path, if that is asked for."""
     if target is not None:
         from stripfold.draw.save import save_as
 
-        save_as(result.plot(), target)
+        save_as(found.plot(), target)
+
+
+def answer(found: Result, arguments: argparse.Namespace) -> str:
+    """Write and draw a result as asked for, and return what is printed."""
+    if getattr(arguments, "output", None) is not None:
+        found.to_netcdf(arguments.output)
+    draw(found, arguments.plot)
+    return as_json(document(found.to_dict(), found.config())) if arguments.json else str(found)
+
+
+def written(target: Path, arguments: argparse.Namespace, inputs: Mapping[str, Any]) -> str:
+    """Return what is printed of a command that only writes a file."""
+    return as_json(document({"written": str(target)}, inputs)) if arguments.json else lines([("written", str(target))])
+
+
+def plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") -> None:
+    """Add the option that draws."""
+    parser.add_argument(f"--{name}", metavar="OUT.png", help=f"where to draw {what}")
+
+
+# -- commands
 
 
 def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import Scene
 
-    _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty"))
-    _second_gripper_option(parser)
-    _plot_option(parser, "the strip there")
-    _json_option(parser)
-
-
-def _second_gripper_option(parser: argparse.ArgumentParser) -> None:
-    from stripfold.ask.inputs import Scene
-
-    text = f"{Scene.model_fields['second_gripper'].description}, m"
-    parser.add_argument("--second-gripper", type=place_or_auto, metavar="M|auto", help=text)
-
-
-def place_or_auto(text: str) -> float | str:
-    return text if text == "auto" else metres(text)
+    names = (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty", "second_gripper")
+    options(parser, Scene, names)
+    plot_option(parser, "the strip there")
 
 
 def critical(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.ask.inputs import Scene
 
-    scene = Scene(**_given(arguments, Scene))
+    scene = _asked(arguments, Scene)
     scene.require_long_enough()
-    target = _plot_file(arguments)
-    from stripfold.ask.results import CriticalPoint
+    from stripfold.ask.critical import find
 
-    found = CriticalPoint.of(scene, say)
-    _draw(found, target)
-    return _said(found, arguments)
+    return answer(find(scene, say), arguments)
 
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", metavar="GRID.yaml", help="values of length, height, eta_b ...: docs/sweep.md")
     parser.add_argument("--output", metavar="SWEEP.nc", help="where to write [the grid's name with .nc, here]")
     parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
-    _json_option(parser)
 
 
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.base.validation import read_yaml
 
     grid = read_yaml(arguments.grid, "grid", "length: 0.6")
-    target = _output(arguments, "output", ".nc", arguments.grid)
     from stripfold.ask.sweep import run
 
-    found = run(grid, target, arguments.cores, say)
+    found = run(grid, arguments.output, arguments.cores, say)
     snap, touch = found.lambda_c.notnull(), found.lambda_touch.notnull()
     counts = {"cases": int(found.reason.size), "snap": int(snap.sum()), "touch": int(touch.sum())}
-    failed = found.reason.values[~(snap | touch).values]
+    failed, file = found.reason.values[~(snap | touch).values], str(arguments.output)
     if arguments.json:
-        return as_json(document({**counts, "no_result": int(failed.size), "written": str(target)}, dict(grid)))
+        return as_json(document({**counts, "no_result": int(failed.size), "written": file}, dict(grid)))
     without = [("no result", f"{failed.size}, the first: {failed[0]}")] if failed.size else []
-    return _lines([*((name, str(count)) for name, count in counts.items()), *without, ("written", str(target))])
+    return lines([*((name, str(count)) for name, count in counts.items()), *without, ("written", file)])
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.ask.simulation import Simulation
+    from stripfold.ask.inputs import Simulation
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
     for name in (names := (*STRIP, "height", *SHEET, "model", "accuracy")):
-        _option(parser, Simulation, name, required=False)
+        option(parser, Simulation, name, required=False)
     # What is not given is the model's to fill in, and must not come with a scene.
     parser.set_defaults(**dict.fromkeys(names))
     text = "where to write [the scene's name, or collapse, with .nc, here]"
     parser.add_argument("--output", metavar="RESULT.nc", help=text)
-    _plot_option(parser, "lambda over the deflection")
-    _json_option(parser)
+    plot_option(parser, "lambda over the deflection")
 
 
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.ask.simulation import Simulation
+    from stripfold.ask.inputs import Simulation
 
-    given, scene = _given(arguments, Simulation), arguments.scene
-    if scene is None and not given:
+    options_given, scene = given(arguments, Simulation), arguments.scene
+    if scene is None and not options_given:
         allowed = "SCENE.yaml, or --length, --eta-b and --height"
         raise InvalidInputError("scene", MISSING, allowed, "`stripfold new scene` prints one to start from")
-    if scene is not None and given:
-        key, value = next(iter(given.items()))
+    if scene is not None and options_given:
+        key, value = next(iter(options_given.items()))
         raise InvalidInputError(key, value, "a scene, or options of the strip", f"leave it out, or put it into {scene}")
-    simulation = Simulation(**given) if scene is None else Simulation.read(scene)
+    simulation = Simulation(**options_given) if scene is None else Simulation.read(scene)
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
-    path, target = _output(arguments, "output", ".nc", scene or "collapse"), _plot_file(arguments)
     from stripfold.ask import collapse_record
-    from stripfold.ask.results import StripCollapse
+    from stripfold.ask.collapse import StripCollapse
     from stripfold.files import store
 
     try:
         found = StripCollapse.of(simulation, say)
     except TimeStepError as error:
-        rescue = path.with_suffix(".last-good.nc")
+        rescue = arguments.output.with_suffix(".last-good.nc")
         state = collapse_record.last_good(simulation, error)
         store.write(state, rescue, title="last good state", config=simulation.as_config())
         raise SolveError(f"{error}; the last good state is in {rescue}") from error
-    found.to_netcdf(path)
-    _draw(found, target)
     for warning in found.warnings:
         logger.warning(warning)
+    said, file = answer(found, arguments), str(arguments.output)
     if arguments.json:
-        return as_json(document({**found.to_dict(), "written": str(path)}, found.config()))
-    return _lines([*found.rows(), ("written", str(path))])
+        return as_json(document({**found.to_dict(), "written": file}, found.config()))
+    return f"{said}\n{lines([('written', file)])}"
 
 
 def film_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", metavar="RESULT.nc", help="from stripfold simulate")
     parser.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
-    _json_option(parser)
 
 
 def film(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.base.extras import require
+    from stripfold.draw.film import film
     from stripfold.files import store
 
-    require("vision")
-    path = _output(arguments, "output", ".mp4", arguments.result)
-    from stripfold.draw.film import film
+    film(store.read(arguments.result), arguments.output, progress=say)
+    return written(arguments.output, arguments, {"result": arguments.result})
 
-    film(store.read(arguments.result), path, progress=say)
+
+def _fold_option(parser: argparse.ArgumentParser) -> None:
+    text = "distance of the fold line from the gripped end, m [half the length]"
+    parser.add_argument("--fold-at", type=metres, metavar="M", help=text)
+
+
+def path_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.ask.inputs import Strip
+
+    parser.add_argument("kind", choices=("r-path", "triangular", "circular", "low"), help="which path")
+    options(parser, Strip, STRIP)
+    parser.add_argument("--height", type=metres, metavar="M", help="of the gripper on the low path, m")
+    _fold_option(parser)
+    parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
+    plot_option(parser, "the path")
+
+
+def path(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.ask.inputs import UNSTRETCHED, Strip
+    from stripfold.paths import PLANS, low
+
+    # A path is planned for a strip that hardly stretches: this command has no eta_m.
+    strip, height = _asked(arguments, Strip, eta_m=UNSTRETCHED), arguments.height
+    if (arguments.kind == "low") != (height is not None):
+        raise InvalidInputError("height", MISSING if height is None else height, "a height with the low path only")
+    fold_at = arguments.fold_at
+    planned = PLANS[arguments.kind](strip, fold_at) if height is None else low(strip, height, fold_at)
+    if arguments.kind == "r-path":
+        logger.info(safe_side(strip.gravity_length))
+    draw(planned, arguments.plot)
+    if arguments.csv is not None:
+        planned.to_csv(arguments.csv)
     if arguments.json:
-        return as_json(document({"written": str(path)}, {"result": arguments.result}))
-    return _lines([("written", str(path))])
+        return as_json(document(planned.to_dict(), {**given(arguments, Strip), "fold_at": fold_at}))
+    if arguments.csv is None:
+        return planned.as_text().rstrip()
+    return lines([("written", f"{arguments.csv}, {len(planned.places)} rows")])
+
+
+def safe_side(gravity_length: float) -> str:
+    """Say on which side an R-path should be planned where eta_b is not known well."""
+    low, high = (1e3 * gravity_length * share for share in (TOO_LOW, TOO_HIGH))
+    cost = f"an eta_b 5 % too low moves the first touch by {low:.2g} mm, one 5 % too high by {high:.2g} mm"
+    return f"plan an R-path for the largest eta_b that the strip may have: without friction {cost}"
+
+
+def plan_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.ask.inputs import PlanInputs
+
+    options(parser, PlanInputs, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "margin", "layers_may_slide"))
+    text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*]: the R-path needs friction"
+    parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
+    options(parser, PlanInputs, ("speed", "acceleration"))
+    parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
+    text = "the plan with the path as one JSON object: printed, or written there"
+    parser.add_argument("--json", nargs="?", const=True, metavar="PLAN.json", help=text)
+    text = "write a page there: map, path, margin along the path, worst case, reasons"
+    parser.add_argument("--report", metavar="PLAN.html", help=text)
+    plot_option(parser, "the strip along the path")
+
+
+def plan(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.ask.inputs import PlanInputs
+
+    asked = PlanInputs(**given(arguments, PlanInputs) | _friction(arguments.friction_moment))
+    from stripfold.ask.plan import FoldingPlan
+
+    found = FoldingPlan.of(asked, say)
+    writers = {"csv": found.to_csv, "json": found.to_json, "report": found.report}
+    targets = {name: target for name in writers if isinstance(target := getattr(arguments, name), Path)}
+    for name, target in targets.items():
+        writers[name](target)
+    draw(found, arguments.plot)
+    if arguments.json is True:
+        return as_json(found.to_dict())
+    return f"{found}\n{lines([('written', str(target)) for target in targets.values()])}".rstrip()
+
+
+def _friction(said: str | None) -> dict[str, float]:
+    """Read M_0 and kappa_y from ``M0`` or ``M0,KAPPA_Y``."""
+    if said is None:
+        return {}
+    try:
+        return dict(zip(("friction_moment", "yield_curvature"), map(float, said.split(",", 1)), strict=False))
+    except ValueError as error:
+        allowed = "M_0 in N, or M_0 and kappa_y in 1/m with a comma between them"
+        raise InvalidInputError("friction_moment", said, allowed) from error
+
+
+def map_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.ask.inputs import MapInputs
+
+    options(parser, MapInputs, (*STRIP, "rho_a", "friction_moment"))
+    parser.add_argument("--output", metavar="MAP.nc", help="write it there")
+    plot_option(parser, "the map")
+
+
+def map_places(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.ask.inputs import UNSTRETCHED, MapInputs
+
+    asked = _asked(arguments, MapInputs, eta_m=UNSTRETCHED)
+    from stripfold.ask.map import StabilityMap
+
+    return answer(StabilityMap.of(asked, say), arguments)
+
+
+def assess_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.ask.inputs import PathInputs
+
+    parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
+    options(parser, PathInputs, (*STRIP, *SHEET, "rho_a", "model"))
+    _fold_option(parser)
+    log = parser.add_argument_group("a robot's log")
+    log.add_argument("--columns", metavar="T,X,Z", help="names or numbers of its columns of time, x and z")
+    log.add_argument("--unit", metavar="m|cm|mm", help="of its positions [as its header says, or m]")
+    text = "the point under the middle of the strip in its frame, m; flip: its x runs against the folding; --frame=-1,0"
+    log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
+    text = "largest distance of the path from the rows of a log with noise, m"
+    log.add_argument("--smooth", type=metres, metavar="M", help=text)
+    option(parser, PathInputs, "fall")
+    options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
+    options(parser, PathInputs, ("layer_friction", "step", "second_gripper"))
+    parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
+    plot_option(parser, "the strip along the path")
+    parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")
+    text = (
+        "exit with code 1 where the strip does not follow all of the path, is not folded at its end (5 mm, 5 %% of the "
+        "length), or does not follow it on another mesh"
+    )
+    parser.add_argument("--check", action="store_true", help=text)
+
+
+def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
+    from stripfold.ask.inputs import PathInputs
+
+    asked = _asked(arguments, PathInputs)
+    from stripfold import paths
+    from stripfold.ask.assess import assess
+
+    log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth", "fold_at")}
+    path = paths.read(arguments.path, asked, **log)
+    for warning in path.curve.warnings:
+        logger.warning(warning)
+    found = assess(asked, path, say)
+    said = answer(found, arguments)
+    if arguments.film is not None:
+        found.film(arguments.film, say)
+    passed = found.stable and found.folded and not found.mesh_dependence
+    return said, 1 if arguments.check and not passed else 0
 
 
 def new_options(parser: argparse.ArgumentParser) -> None:
@@ -271,12 +427,12 @@ def new_options(parser: argparse.ArgumentParser) -> None:
 
 def new(arguments: argparse.Namespace, say: Say) -> str:
     text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")
-    if arguments.output is None:
+    path = arguments.output
+    if path is None:
         return text.rstrip()
-    path = _output(arguments, "output", ".yaml", "")
     if os.path.lexists(path):
         raise InvalidInputError("output", str(path), "a file that is not there yet", "remove it, or choose another")
     from stripfold.files.store import write_text
 
     write_text(text, path)
-    return _lines([("written", str(path))])
+    return lines([("written", str(path))])

@@ -11,8 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import stripfold
 from stripfold.base.extras import MODULES
+from stripfold.base.version import version
 from stripfold.cli_messages import Say
 from stripfold.files.json_output import as_json
 
@@ -31,10 +31,6 @@ class Finding(NamedTuple):
     needed: bool = True
 
 
-def options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
 def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     """The findings, and 2 as the exit code where something is wrong that every command needs."""
     found = []
@@ -50,7 +46,7 @@ def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
 
 
 def _findings() -> Iterator[Finding]:
-    yield Finding("stripfold", stripfold.__version__)
+    yield Finding("stripfold", version())
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     yield Finding("python", f"{platform.python_version()}, {platform.system()} {platform.machine()}, {cores} cores")
     yield from _packages()
@@ -79,12 +75,12 @@ def _packages() -> Iterator[Finding]:
         if required.marker is not None:
             continue
         try:
-            version = metadata.version(required.name)
+            installed = metadata.version(required.name)
         except metadata.PackageNotFoundError:
             yield Finding(required.name, "missing", f'pip install "{required}"')
             continue
-        fits = required.specifier.contains(version, prereleases=True)
-        yield Finding(required.name, version, "" if fits else f'too old: pip install "{required}"')
+        fits = required.specifier.contains(installed, prereleases=True)
+        yield Finding(required.name, installed, "" if fits else f'too old: pip install "{required}"')
 
 
 def _extra(extra: str, modules: tuple[str, ...]) -> Finding:

@@ -7,55 +7,41 @@ import os
 from pathlib import Path
 
 from stripfold.base.errors import InvalidInputError
-from stripfold.cli_commands import (
-    _draw,
-    _given,
-    _json_option,
-    _lines,
-    _option,
-    _options,
-    _output,
-    _plot_file,
-    _plot_option,
-    _writable,
-    metres,
-)
+from stripfold.base.extras import require
+from stripfold.cli_commands import draw, given, lines, metres, option, options, plot_option, writable
 from stripfold.cli_messages import Say, write
 from stripfold.files.json_output import as_json, document
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.ask.inputs import EtaRequest
+    from stripfold.film.request import EtaRequest
 
     source = parser.add_mutually_exclusive_group(required=True)
-    _option(source, EtaRequest, "fold_height")
-    _option(source, EtaRequest, "image", metavar="FILE")
+    option(source, EtaRequest, "fold_height")
+    option(source, EtaRequest, "image", metavar="FILE")
     for key in ("loop", "bending_length", "rigidity", "kes_b"):
-        _option(source, EtaRequest, key)
-    _options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth"))
-    _options(parser, EtaRequest, ("length", "height", "gsm", "kes_2hb"))
-    _plot_option(parser, "the fit over the picture", "picture")
-    _json_option(parser)
+        option(source, EtaRequest, key)
+    options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth"))
+    options(parser, EtaRequest, ("length", "height", "gsm", "kes_2hb"))
+    plot_option(parser, "the fit over the picture", "picture")
 
 
 def eta(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.ask.inputs import EtaRequest
+    from stripfold.film.request import EtaRequest
 
-    asked = EtaRequest(**_given(arguments, EtaRequest))
+    asked = EtaRequest(**given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", arguments.picture, "this only together with image")
-    target = _plot_file(arguments, "picture")
     from stripfold.film.measured import EtaB
 
     found = EtaB.of(asked)
-    _draw(found, target)
-    return as_json(document(found.to_dict(), _given(arguments, EtaRequest))) if arguments.json else str(found)
+    draw(found, arguments.picture)
+    return as_json(document(found.to_dict(), given(arguments, EtaRequest))) if arguments.json else str(found)
 
 
 def record_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.yaml", help="strip, gripper, filming, and the source of the motion")
     parser.add_argument("--output", metavar="FOLDER", help="where to write [the scene's name, here]")
-    _json_option(parser)
 
 
 def record(arguments: argparse.Namespace, say: Say) -> str:
@@ -65,7 +51,7 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     folder = Path(arguments.output or Path(arguments.scene).stem)
     if folder.exists():
         raise InvalidInputError("output", str(folder), "a folder that is not there yet", "remove it, or choose another")
-    _writable(folder, arguments)
+    writable(folder, arguments)
     say("motion")
     history = recording.history_of(asked)
     recording.write_recording(history, asked, folder, progress=say)
@@ -75,14 +61,14 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
         return as_json(document(numbers, asked.as_config()))
     rows = [("written", f"{folder} (synthetic)"), ("length", f"{history.t[-1]:.4g} s")]
     if critical is None:
-        return _lines([*rows, ("lambda_c", "-")])
+        return lines([*rows, ("lambda_c", "-")])
     if not isinstance(asked.motion, scene.DynamicsMotion):
-        return _lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
+        return lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
     from stripfold import elastica
 
     unit, friction = asked.gravity_length, f"with friction, M_0 = {asked.motion.friction_moment_star:g} rho_a g L*^2"
     without = elastica.critical(asked.height / unit).advance * unit
-    return _lines(
+    return lines(
         [
             *rows,
             ("lambda_c", f"{critical:.6g} m  (static, {friction})"),
@@ -101,36 +87,35 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--marker", type=metres, metavar="M", help="side of a marker of a ChArUco board, m")
     parser.add_argument("--dictionary", metavar="NAME", help="of a ChArUco board's markers, for example 4x4_50")
     parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
-    _json_option(parser)
 
 
 def calibrate(arguments: argparse.Namespace, say: Say) -> str:
+    require("vision")
     from stripfold.base.errors import CalibrationError
     from stripfold.film import camera_check
     from stripfold.film.boards import Board
 
-    given = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
-    board = Board.of({"type": arguments.board} | {name: value for name, value in given.items() if value is not None})
-    path = _output(arguments, "output", ".yaml", "camera")
+    asked = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
+    board = Board.of({"type": arguments.board} | {name: value for name, value in asked.items() if value is not None})
     say("calibrating")
     found = camera_check.check(Path(arguments.images), board)
-    inputs = {"images": arguments.images, "board": arguments.board, **given}
-    said = as_json(document(found.to_dict(), inputs)) if arguments.json else _lines(found.rows())
+    inputs = {"images": arguments.images, "board": arguments.board, **asked}
+    said = as_json(document(found.to_dict(), inputs)) if arguments.json else lines(found.rows())
     try:
-        found.write(path)
+        found.write(arguments.output)
     except CalibrationError:
         # It says what each picture shows, the error why they do not suffice.
         write(said)
         raise
-    return said if arguments.json else f"{said}\n{'written':<12} {path}"
+    return said if arguments.json else f"{said}\n{'written':<12} {arguments.output}"
 
 
 def measure_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md")
-    _json_option(parser)
 
 
 def measure(arguments: argparse.Namespace, say: Say) -> str:
+    require("vision")
     from stripfold.files import store
     from stripfold.film.measured import RecordingMeasurement
     from stripfold.film.recording import inside
@@ -142,7 +127,7 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
     for path in (data, page) if folder.is_dir() else (folder,):
         # A recording that is not there has an error of its own.
         if path.parent.is_dir():
-            _writable(path, arguments)
+            writable(path, arguments)
     found = RecordingMeasurement.of(arguments.folder, say)
     say("writing the report")
     # Both or none.

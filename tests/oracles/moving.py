@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from studies.integrators import WithoutMemory
 
 from oracles.dense import Dense
 from stripfold.base.arrays import Array, Index
-from studies.integrators import WithoutMemory
 
 NONE = np.zeros(0, dtype=np.intp)
 

@@ -24,7 +24,7 @@ CURVES = {
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the barrier over the distance with its law, (b) their ratio, (c) the end of the range over the height.
 
-    ``data`` is from :func:`studies.barrier.run`.
+    ``data`` is from :func:`verification.barrier.run`.
     """
     fig = figure(6.6)
     energy, ratio, ends = fig.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0))

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from plots.pieces import note
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, legend_above, styled
-from studies.calibration import EARLY, SCALED
+from verification.calibration import EARLY, SCALED
 
 TARGET = 0.25
 """RMS error to be reached by the calibration, pixels."""
@@ -27,7 +27,7 @@ WAYS = {
 def draw(data: xr.Dataset) -> Figure:
     """Draw each view's RMS error, ours, with the fixed window, and as published; below, the places of the corners.
 
-    ``data`` is from :func:`studies.calibration.run`.
+    ``data`` is from :func:`verification.calibration.run`.
     """
     fig = figure(4.9)
     above, below = fig.subplots(2, 1, height_ratios=(1.0, 1.35))

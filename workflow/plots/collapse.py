@@ -29,7 +29,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     The states of each part are even in how far the strip moved; in the fall up to the touch and from there to rest.
 
-    ``data`` is from :func:`stripfold.follow.collapse.run`.
+    ``data`` is from :func:`stripfold.ask.collapse_record.run`.
     """
     found = collapse(data)
     states, critical = found.states, found.critical

@@ -15,7 +15,7 @@ from stripfold.draw.style import figure, legend_above, styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw the first touch less the planned one of each disturbance, a mark for each M_0.
 
-    ``data`` is from :func:`studies.disturbed_rpath.run`.
+    ``data`` is from :func:`verification.disturbed_rpath.run`.
     """
     names = data["disturbance"].values
     rows = -np.arange(len(names), dtype=float)

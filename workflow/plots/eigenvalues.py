@@ -28,7 +28,7 @@ SIZE = 0.5
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) both eigenvalues over the distance to the critical point, (b, c) the critical state and its mode.
 
-    ``data`` is from :func:`studies.eigenvalues.run`.
+    ``data`` is from :func:`verification.eigenvalues.run`.
     """
     fig = figure(5.0)
     axes = fig.subplot_mosaic([["a", "a"], ["b", "c"]], height_ratios=(1.0, 1.0))

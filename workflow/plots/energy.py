@@ -29,7 +29,7 @@ def draw(data: xr.Dataset) -> Figure:
     All per width and relative to the start of the fall.  Dissipation is stacked on the kinetic energy: together they
     reach the line of what elasticity and gravity released and the gripper gave.
 
-    ``data`` is from :func:`stripfold.follow.collapse.run`.
+    ``data`` is from :func:`stripfold.ask.collapse_record.run`.
     """
     found = collapse(data)
     names = ("elastic", "gravity", "work", "closing", *STACKED)

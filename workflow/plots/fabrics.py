@@ -19,7 +19,7 @@ KNOWN = (BLACK, SKY, VERMILLION, FRICTION)
 def draw(data: xr.Dataset, needed: xr.Dataset) -> Figure:
     """Draw (a) the share of fabrics up to each L*, (b) the M_0 that an R-path needs, beside that of fabrics.
 
-    ``data`` is from :func:`studies.fabrics.run`, ``needed`` from :func:`studies.friction_margin.run`.
+    ``data`` is from :func:`verification.fabrics.run`, ``needed`` from :func:`verification.friction_margin.run`.
     """
     fig = figure(5.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(1.0, 1.6))

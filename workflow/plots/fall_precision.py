@@ -18,8 +18,6 @@ COLOURS = {
     ("solid", "energy-momentum"): LOOKS["solid"].color,
 }
 """Of model and integrator."""
-LEAST = 1e-6
-"""Smaller errors are drawn here, L*."""
 
 
 @styled
@@ -27,9 +25,9 @@ def draw(data: xr.Dataset) -> Figure:
     """Draw |error| over run time, a panel per height, with the Pareto front.
 
     The size of a marker is that of the elements; filled: the default time step, upper half: longer steps, lower half:
-    shorter ones.  Dotted: uncertainty of the reference.
+    shorter ones.  Dotted: uncertainty of the reference, at which smaller errors are drawn.
 
-    ``data`` is from :func:`studies.fall_accuracy.run`.
+    ``data`` is from :func:`verification.fall_accuracy.run`.
     """
     count = data.sizes["gripper_height"]
     fig = figure(0.6 + 1.9 * count)
@@ -37,14 +35,15 @@ def draw(data: xr.Dataset) -> Figure:
     default = float(data["tolerance"].median())
     for j, (ax, height) in enumerate(zip(panels, data["gripper_height"].values, strict=True)):
         one = data.isel(gripper_height=j)
-        seconds, error = one["seconds"].values, np.maximum(np.abs(one["error"].values), LEAST)
+        seconds, uncertain = one["seconds"].values, float(one["uncertain"])
+        error = np.maximum(np.abs(one["error"].values), uncertain)
         for i in range(data.sizes["way"]):
             model, scheme, tolerance = (one[name].values[i] for name in ("model", "scheme", "tolerance"))
             fill = "full" if tolerance == default else "top" if tolerance > default else "bottom"
             size = 5.0 * float(one["refinement"][i]) ** 0.5
             style = {"color": COLOURS[model, scheme], "fillstyle": fill, "markerfacecoloralt": "white", "ms": size}
             ax.plot(seconds[i], error[i], LOOKS[model].marker, **style)
-        draw_pareto(ax, seconds, error, max(float(one["uncertain"]), LEAST))
+        draw_pareto(ax, seconds, error, uncertain)
         ax.set(xscale="log", yscale="log")
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$", loc="upper right")
     headroom(panels[0], 0.15)
@@ -53,12 +52,7 @@ def draw(data: xr.Dataset) -> Figure:
     fig.supylabel(r"error of the first touch$\,/\,L^*$", fontsize=9.0)
     shown = dict.fromkeys(zip(data["model"].values, data["scheme"].values, strict=True))
     handles = [entry(f"{m}, {s}", COLOURS[m, s], "none", marker=LOOKS[m].marker, ms=5.0) for m, s in shown]
-    sizes = [5.0 * float(r) ** 0.5 for r in np.unique(data["refinement"].values)]
-    for size, text in ((sizes[-1], "longest elements"), (sizes[0], "shortest elements")):
-        handles.append(entry(text, GREY, "none", marker="o", ms=size))
-    for fill, text in (("full", "default"), ("top", "longer"), ("bottom", "shorter")):
-        half = {"fillstyle": fill, "markerfacecoloralt": "white"}
-        handles.append(entry(f"{text} time steps", GREY, "none", marker="o", ms=5.0, **half))
     handles += [entry("Pareto front", GREY, lw=1.0), entry("uncertainty of the reference", GREY, ":", lw=0.8)]
-    legend_above(fig, handles, fontsize=6.5)
+    title = "large marks: long elements; upper half filled: longer time steps, lower half: shorter ones"
+    legend_above(fig, handles, fontsize=6.5, title=title, title_fontsize=6.5)
     return fig

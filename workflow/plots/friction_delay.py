@@ -19,8 +19,8 @@ LINES = ("-", "--", "-.", ":")
 def draw(data: xr.Dataset, fabrics: xr.Dataset, friction: xr.Dataset) -> Figure:
     """Draw (a) the rise of lambda over M_0 at each height, (b) over the height the M_0 from which on nothing snaps.
 
-    ``data`` is from :func:`studies.friction_delay.run`, ``fabrics`` from :func:`studies.fabrics.run`, ``friction`` from
-    :func:`tasks.friction.table`.
+    ``data`` is from :func:`verification.friction_delay.run`, ``fabrics`` from :func:`verification.fabrics.run`,
+    ``friction`` from :func:`tasks.friction.table`.
     """
     fig = figure(5.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(1.5, 1.0))

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.pieces import LENGTH_TITLE, Look, note
 from stripfold.draw.colours import BLACK, FRICTION, SKY
-from stripfold.draw.style import figure, styled
+from stripfold.draw.style import figure, styled, text_at
 
 PULL, MOMENT = r"pull: $k_f\,\Delta s\,/\,g$", r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
 LAWS = {"pull": (PULL, Look(FRICTION, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}
-RATIOS = {"ratio_max": ("largest", Look(FRICTION, "^")), "ratio_median": ("median", Look(SKY, "v"))}
+RATIOS = {"ratio_max": ("largest", Look(BLACK, "^")), "ratio_median": ("median", Look(SKY, "v"))}
 
 
 @styled
@@ -32,18 +31,14 @@ def draw(data: xr.Dataset) -> Figure:
     for ax, values, looks in ((top, suffices, LAWS), (bottom, ratios, RATIOS)):
         for name, (label, look) in looks.items():
             ax.plot(length, values[name], look.marker, color=look.color, mfc="none", label=label)
-        ax.set(yscale="log")
-        _decades(ax)
+        ax.set_ylim(0.0, 1.25 * ax.dataLim.y1)  # room for the letter
         ax.legend(loc="lower right", fontsize=7)
+        for place in zip(length, np.min(list(values.values()), axis=0), data["material"].values, strict=True):
+            text_at(ax, place[:2], str(place[2]), (0, -4), va="top", fontsize=7)
+    top.margins(x=0.1)
     top.set_ylabel("friction that suffices")
     bottom.set(xlabel=LENGTH_TITLE, ylabel="pull$\\,/\\,$gripper force")
     note(top, "(a)")
     note(bottom, "(b) up to the first touch")
     fig.align_ylabels()
     return fig
-
-
-def _decades(ax: Axes) -> None:
-    """Whole powers of ten around what is drawn, with room for the markers."""
-    low, high = np.log10(ax.dataLim.intervaly)
-    ax.set_ylim(10.0 ** np.floor(low - 0.1), 10.0 ** np.ceil(high + 0.1))

@@ -20,7 +20,7 @@ LINES = ("-", "--", "-.", ":")
 def draw(data: xr.Dataset, fabrics: xr.Dataset) -> Figure:
     """Draw x of the first touch less the planned one over M_0, with the band of an uncertain eta_b, for each path.
 
-    ``data`` is from :func:`studies.friction_touch.run`, ``fabrics`` from :func:`studies.fabrics.run`.
+    ``data`` is from :func:`verification.friction_touch.run`, ``fabrics`` from :func:`verification.fabrics.run`.
     """
     moment = np.maximum(data["moment"].values, NONE)
     planned, real = data["planned_x"], fabrics["friction"].values

@@ -18,7 +18,7 @@ STYLES = PATH_STYLES | {"low": "-."}
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the error of the finished fold in L* over mu, gripper closed, and (b) the folds at one mu.
 
-    Open circles: elements and time steps half as long.  ``data`` is from :func:`studies.layer_friction.run`.
+    Open circles: elements and time steps half as long.  ``data`` is from :func:`verification.layer_friction.run`.
     """
     fig = figure(4.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(2.4, 1.0))

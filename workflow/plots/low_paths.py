@@ -10,7 +10,7 @@ from plots.pieces import entry, note
 from stripfold import elastica
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, styled
-from studies.low_paths import LIMITED, STABLE, compliance
+from verification.low_paths import LIMITED, STABLE, compliance
 
 FLAT = 1.0
 """Height up to which a bump is that of a beam, L*."""
@@ -21,7 +21,7 @@ LOOKS = {STABLE: ("stable", BLUE, "."), LIMITED: ("limit point", VERMILLION, "x"
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the outcomes over height and compliance with the elastica's limit, (b) pushes over the height.
 
-    ``data`` is from :func:`studies.low_paths.run`.
+    ``data`` is from :func:`verification.low_paths.run`.
     """
     fig = figure(5.6)
     limits, forces = fig.subplots(2, 1, height_ratios=(1.3, 1.0), sharex=True)

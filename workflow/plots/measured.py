@@ -46,7 +46,7 @@ def draw(data: xr.Dataset) -> Figure:
     for i, speed in enumerate(speeds):
         options = {"marker": "o", "lw": 0.7, **speed_mark(i, BLACK)}
         handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, LINES[i > 0], **options))
-    legend_above(fig, handles, ncols=3, title=ETA_TITLE)
+    legend_above(fig, handles, ncols=3, title=f"{ETA_TITLE} and speed of the gripper")
     if np.all(data["synthetic"].values == 1.0):
         note(top, "synthetic recordings; lines: $\\lambda_c$ without friction")
     note(bottom, "measured less $\\lambda_c$; bars: 95 % intervals")

@@ -9,7 +9,7 @@ from plots import models
 from plots.pieces import Look, note
 from stripfold.draw.colours import BLACK, ORANGE, PINK, SKY
 from stripfold.draw.style import figure, legend_above, styled
-from studies.peers import QUESTIONS, TITLES, runs_of
+from verification.peers import QUESTIONS, TITLES, runs_of
 
 LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
 PANELS = {"equilibrium": "(a) equilibrium", "critical": "(b) critical point"}
@@ -22,7 +22,7 @@ LOOKS = models.LOOKS | {
 def draw(data: xr.Dataset) -> Figure:
     """Draw the error over the time of every run; ours in bold.
 
-    ``data`` is from :func:`studies.peers.run`.
+    ``data`` is from :func:`verification.peers.run`.
     """
     fig = figure(5.2)
     axes = fig.subplots(2, 1, sharex=True, sharey=True)

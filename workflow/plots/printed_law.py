@@ -24,7 +24,7 @@ _PLACES = {0.0: ((4, -5), "left", "top"), 45.0: ((5, 0), "left", "bottom"), 90.0
 def draw(data: xr.Dataset) -> Figure:
     """Draw stress (a) and bending stiffness (b) over the angle of rotation, for both laws.
 
-    ``data`` is from :func:`studies.printed_law.run`.
+    ``data`` is from :func:`verification.printed_law.run`.
     """
     fig = figure(4.2)
     axes = top, bottom = fig.subplots(2, 1, sharex=True)

@@ -12,7 +12,7 @@ from stripfold.base.arrays import Mask
 from stripfold.draw.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.draw.style import MILLI, figure, styled
 from stripfold.film.measurement import WARNING, half_width
-from studies.recordings_accuracy import MEASURED, error
+from verification.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3
 """Errors below are drawn on a linear scale, larger ones on a logarithmic one, mm."""
@@ -22,7 +22,7 @@ LINEAR = 0.3
 def draw(data: xr.Dataset) -> Figure:
     """Draw the error of lambda in each synthetic recording with its interval, and the share that holds the truth.
 
-    ``data`` is over ``case`` (:mod:`studies.recordings_accuracy`).
+    ``data`` is over ``case`` (:mod:`verification.recordings_accuracy`).
     """
     measured = data["outcome"].values == MEASURED
     order = np.argsort(data["sd"].values[measured])

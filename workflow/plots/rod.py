@@ -16,7 +16,7 @@ from stripfold.draw.style import figure, legend_above, styled, text_at
 def draw(data: xr.Dataset) -> Figure:
     """Draw the distance of the rod from the solid at each height, and that of the solid from the elastica.
 
-    ``data`` is from :func:`studies.models.run_rod`.
+    ``data`` is from :func:`verification.models.run`.
     """
     fig = figure(3.1)
     ax = fig.subplots()

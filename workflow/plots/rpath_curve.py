@@ -11,18 +11,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.path_readers import Part, parts, planned, post_critical, with_friction
-from plots.pieces import arrow, entry, note
+from plots.pieces import arrow, note
 from stripfold.base.arrays import Array
-from stripfold.draw.colours import CRITICAL, FRICTION, HANGING, SETTLED, TOUCHING
-from stripfold.draw.style import CM, MILLI, figure, legend_above, styled
+from stripfold.draw.colours import CRITICAL, FRICTION, HANGING, SETTLED, SHADE, TOUCHING
+from stripfold.draw.style import CM, MILLI, figure, legend_above, styled, text_at
 from stripfold.follow.phases import FALL
 
 AROUND = 0.04
 """Pseudo time shown in (b) before the critical point and after the falls of the post-critical branches."""
-PLANNED, BEFORE = "planned", "static, to the critical point"
-WHOLE, BEHIND, AFTER = "static", "falls at the critical point", "static after that fall"
-UNSTABLE = "unstable planned state"
-TOUCHES, HANGS, HELD = "falls and touches", "rests without touching", "with friction"
+PLANNED, BEFORE, HELD = "planned", "without friction", "with friction"
+AFTER, TOUCHES, HANGS = (
+    "after the fall at the critical point",
+    "after a fall that touches",
+    "after a fall without a touch",
+)
 
 
 class Curve(NamedTuple):
@@ -51,11 +53,11 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     critical = before if float(r_path.attrs["critical_points"]) > 0.0 else None
     curves = [
         Curve(HELD, [with_friction(friction)[0]], FRICTION, lw=2.8),
-        Curve(BEFORE if critical else WHOLE, [before], CRITICAL, lw=1.4),
+        Curve(BEFORE, [before], CRITICAL, lw=1.4),
     ]
     if behind:
         falls, settled = ([part for part in behind if (part.phase == FALL) == fell] for fell in (True, False))
-        curves += [Curve(BEHIND, falls, TOUCHING, "--"), Curve(AFTER, settled, SETTLED, lw=2.2)]
+        curves += [Curve("_fall", falls, TOUCHING, "--"), Curve(AFTER, settled, SETTLED, lw=2.2)]
     for branch in branches:
         name, colour = (TOUCHES, TOUCHING) if branch.touches else (HANGS, HANGING)
         curves += [Curve(f"_{name}", [branch.fall], colour, "--"), Curve(name, [branch.after], colour, lw=1.2)]
@@ -65,11 +67,12 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     _draw(top, curves, lambda part: CM * part.displacement(), critical)
     _draw(bottom, curves, lambda part: MILLI * part.above(plan), critical)
     for branch in branches:
-        # Both begin in the planned state, and jump at its pseudo time.
-        bottom.plot(
-            0.0, branch.fall.pseudo_time[0], "o", color=CRITICAL, mfc="white", ms=4.0, zorder=13, label="_start"
-        )
         _arrows(bottom, MILLI * branch.fall.above(plan), branch.fall.pseudo_time)
+    if branches:
+        # Both begin in the planned state, and jump at its pseudo time.
+        start = 0.0, branches[0].fall.pseudo_time[0]
+        bottom.plot(*start, "o", color=CRITICAL, mfc="white", ms=4.0, zorder=13, label="_start")
+        text_at(bottom, start, "unstable\nplanned state", (5, -3), ha="left", va="top", fontsize=8)
     if critical and behind:
         _arrows(bottom, MILLI * behind[0].above(plan), behind[0].pseudo_time)
     top.set_xlabel("deflection: rms displacement from the flat strip [cm]")
@@ -77,12 +80,12 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     if critical:
         times = [float(part.pseudo_time[-1]) for part in (critical, *(branch.fall for branch in branches))]
         bottom.set_ylim(times[0] - AROUND, max(times) + AROUND)
-    handles = top.get_legend_handles_labels()[0]
-    if branches:
-        handles.append(entry(UNSTABLE, CRITICAL, "none", marker="o", mfc="white", ms=4.0))
-    legend_above(fig, handles)
+        top.axhspan(*bottom.get_ylim(), color=SHADE, lw=0.0, zorder=0)
+        point = MILLI * critical.above(plan)[-1], times[0]
+        text_at(bottom, point, "critical point", (-4, -4), ha="right", va="top", fontsize=8)
+    legend_above(fig, top.get_legend_handles_labels()[0], fontsize=7)
     note(top, "(a)")
-    note(bottom, "(b) around the critical point")
+    note(bottom, "(b) the shaded times")
     return fig
 
 
@@ -101,5 +104,5 @@ def _draw(ax: Axes, curves: list[Curve], of: Callable[[Part], Array], critical: 
         ax.plot(x, y, curve.ls, color=curve.color, lw=curve.lw, zorder=3 + order, label=curve.name)
     if critical:
         point = of(critical)[-1], critical.pseudo_time[-1]
-        ax.plot(*point, "o", color=CRITICAL, ms=3.5, zorder=12, label="critical point")
+        ax.plot(*point, "o", color=CRITICAL, ms=3.5, zorder=12, label="_critical-point")
     ax.set_ylabel(r"pseudo time $\lambda$")

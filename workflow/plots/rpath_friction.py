@@ -15,7 +15,7 @@ from plots.pieces import draw_states, entry, note
 from plots.planned_paths import draw_path, limits
 from stripfold.base.arrays import Array
 from stripfold.draw.colours import CRITICAL, FRICTION, GRIPPER, HANGING, STATIC, TOUCHING
-from stripfold.draw.style import CM, Limits, around, equal_panels, legend_above, styled
+from stripfold.draw.style import CM, Limits, around, equal_panels, legend_above, styled, text_at
 
 BEFORE, FALLS, AFTER, WHOLE = 14, 6, 7, 22
 """Largest numbers of states drawn before the critical point, in a fall, after it, and with friction."""
@@ -24,11 +24,10 @@ MOVING = 0.1
 LEGEND = {
     "static": (STATIC, 0.8, "-", "static, stable"),
     "critical": (CRITICAL, 1.4, "-", "last before the critical point"),
-    "unstable": (CRITICAL, 1.2, "--", "planned, unstable"),
     "touching-fall": (TOUCHING, 1.0, "-", "falls and touches"),
     "hanging-fall": (HANGING, 1.0, "-", "rests without touching"),
-    "held": (FRICTION, 1.2, "-", "held by friction alone"),
-    "planned": (CRITICAL, 0.8, ":", "planned"),
+    "held": (FRICTION, 1.2, "-", "stable by friction alone"),
+    "planned": (CRITICAL, 0.8, ":", "planned; unstable in (a), (b)"),
 }
 """Colour, width, kind of line and text of what may be drawn."""
 
@@ -47,14 +46,14 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     before, branches, (whole, eigenvalues) = parts(r_path)[0], post_critical(ways), with_friction(friction)
     plan = planned(plans, "r-path")
     view = limits([before, whole, plan])
-    fig, axes = equal_panels([view, _near(branches), view] if branches else [view, view], above=0.72)
+    fig, axes = equal_panels([view, _near(branches), view] if branches else [view, view], above=0.56)
     draw_evolution(axes[0], before, BEFORE, float(r_path.attrs["critical_points"]) > 0.0)
     for branch in branches:
         _branch(axes[0], branch, 1, AFTER, 0.7)
         _branch(axes[1], branch, FALLS, 0, 1.0)
     if branches:
         for ax in axes[:2]:
-            draw_states(ax, branches[0].fall.states[:1], "unstable", color=CRITICAL, ls="--", lw=1.2, zorder=4)
+            draw_states(ax, branches[0].fall.states[:1], "planned", color=CRITICAL, ls=":", lw=1.2, zorder=4)
         note(axes[1], "(b) the two branches, enlarged")
     _held(axes[-1], whole, eigenvalues, plan)
     for ax in (axes[0], axes[-1]):
@@ -63,7 +62,8 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     pull = float(friction["suffices"].sel(law="pull")) * friction.attrs["step"] / friction.attrs["gravity_length"]
     letter = "c" if branches else "b"
     note(axes[-1], f"({letter}) with friction: pull,\n$k_f\\,\\Delta s$ = {pull:.2g} $g$")
-    legend_above(fig, [*_handles(fig), entry("gripper path", GRIPPER, "--", lw=0.8)])
+    text_at(axes[0], CM * plan.states[-3 * len(plan.states) // 20, 0], "gripper", ha="left", color=GRIPPER, fontsize=8)
+    legend_above(fig, _handles(fig))
     return fig
 
 

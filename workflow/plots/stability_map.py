@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from plots.pieces import PATH_LOOKS, PATH_STYLES, note
-from stripfold.draw.colours import GREEN, HANGING, LYING, TOUCHING
+from stripfold.draw.colours import CRITICAL, GREEN, HANGING
 from stripfold.draw.stability_map import CURVES, draw_map
-from stripfold.draw.style import figure, styled
+from stripfold.draw.style import figure, legend_above, styled
 
 LEVELS = [1.0, 3.0, 5.0]
 """Margins that are drawn, L*."""
@@ -20,8 +20,8 @@ STYLES: dict[str, tuple[str, dict[str, Any]]] = {
 } | {"low": ("low path", {"color": GREEN, "ls": "-."})}
 THERE = {
     "margin_there": ("margin$\\,/\\,L^*$", {"color": HANGING, "ls": "-"}),
-    "eigenvalue_there": ("eigenvalue$\\,/\\,(g/L^*)$", {"color": TOUCHING, "ls": "--"}),
-    "barrier_there": ("barrier$\\,/\\,\\rho_a g{L^*}^2$", {"color": LYING, "ls": ":"}),
+    "eigenvalue_there": ("eigenvalue$\\,/\\,(g/L^*)$", {"color": CRITICAL, "ls": "--"}),
+    "barrier_there": ("barrier$\\,/\\,\\rho_a g{L^*}^2$", {"color": CRITICAL, "ls": ":"}),
 }
 
 
@@ -29,7 +29,7 @@ THERE = {
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the map with the paths, (b) the margin along the paths, (c) three margins over the distance along x.
 
-    ``data`` is from :func:`studies.stability_map.run`.
+    ``data`` is from :func:`verification.stability_map.run`.
     """
     fig = figure(6.5)
     plane, along, there = fig.subplots(3, 1, height_ratios=(1.75, 1.0, 1.0))
@@ -40,16 +40,19 @@ def draw(data: xr.Dataset) -> Figure:
         one = data.sel(path=path)
         plane.plot(*one["places"].values.T, lw=1.1, zorder=4, label=label, **style)
         along.plot(travelled, one["path_margin"].values, label=f"_{path}", **style)
-    plane.set(aspect="equal", xlabel="gripper past the flat end$\\,/\\,L^*$", ylabel="height$\\,/\\,L^*$")
+    plane.set(aspect="equal", xlabel="advance of the gripper$\\,/\\,L^*$", ylabel="gripper height$\\,/\\,L^*$")
     plane.set(xlim=(-0.5, 1.3 * data.attrs["length_star"]), ylim=(0.0, None))
     plane.grid(visible=False)
-    fig.legend(handles=plane.get_legend_handles_labels()[0], ncols=2, fontsize=7, loc="outside upper center")
+    handles = plane.get_legend_handles_labels()[0]
+    legend_above(fig, handles[: -len(STYLES)], fontsize=7)
+    along.legend(handles=handles[-len(STYLES) :], fontsize=7, loc="upper right")
     highest = 1.25 * float(data["path_margin"].max())  # room for the letter
     along.set(xlabel="part of the path", ylabel="margin$\\,/\\,L^*$", xlim=(0.0, 1.0), ylim=(0.0, highest))
     for name, (label, style) in THERE.items():
         there.plot(data["distance"], data[name], label=label, **style)
     there.set(xscale="log", yscale="log", xlabel="$(\\lambda_c-\\lambda)\\,/\\,L^*$")
-    there.legend(title=f"$z={data.attrs['height']:g}\\,L^*$", fontsize=7, loc="lower right")
-    for ax, letter in zip((plane, along, there), "abc", strict=True):
-        note(ax, f"({letter})")
+    there.set_xlim(right=10.0 * float(data["distance"].max()))  # room for the legend
+    there.legend(fontsize=7, loc="lower right")
+    for ax, text in ((plane, "(a)"), (along, "(b)"), (there, f"(c) at $z={data.attrs['height']:g}\\,L^*$")):
+        note(ax, text)
     return fig

@@ -7,13 +7,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.pieces import LENGTH_TITLE, PATH_LOOKS, PATH_STYLES, Look, entry, path_entries
+from plots.pieces import LENGTH_TITLE, PATH_LOOKS, PATH_STYLES, Look, entry
 from stripfold.base.arrays import Array, Mask
 from stripfold.draw.colours import BLACK, GREY, LYING
-from stripfold.draw.style import figure, legend_above, styled
+from stripfold.draw.style import figure, legend_above, styled, text_at
 
-LANDING, LINE = (0, (6, 1)), (0, (1, 4))
-"""Kinds of line of the places of reference."""
+PLACES = {
+    "planned": ("planned", BLACK, "-", False),
+    "landing": ("finished fold lands", LYING, (0, (6, 1)), True),
+    "line": ("fold line", GREY, (0, (1, 4)), False),
+}
+"""Places of reference: text, colour and kind of line, and whether the text is below the line."""
 
 
 @styled
@@ -30,21 +34,25 @@ def draw(data: xr.Dataset) -> Figure:
     ax = fig.subplots()
     order = np.argsort(length)
     planned = r_path["planned_touch_x"].values
-    ax.axhline(0.0, color=BLACK, lw=0.8, zorder=1, label="_planned")
-    for place, name, color, ls in ((r_path["landing_x"].values, "landing", LYING, LANDING), (0.0, "line", GREY, LINE)):
-        y = (place - planned) / unit
+    last = order[-1]
+    places = {"planned": planned, "landing": r_path["landing_x"].values, "line": 0.0}
+    for name, (text, color, ls, below) in PLACES.items():
+        y = (places[name] - planned) / unit
         ax.plot(length[order], y[order], ls=ls, color=color, lw=1.0, zorder=1, label=f"_{name}")
-    for name, (_, look) in PATH_LOOKS.items():
+        how = {"ha": "right", "va": "top" if below else "bottom", "color": color, "fontsize": 8}
+        text_at(ax, (length[last], y[last]), text, (-4, -2 if below else 1), **how)
+    for name, (text, look) in PATH_LOOKS.items():
         one = data.sel(path=name)
         y, error = one["touch_error"].values / unit, one["touch_uncertainty"].values / unit
         ax.errorbar(length, y, error, fmt="none", ecolor=look.color, capsize=2.0, lw=0.8, zorder=2)
         draw_points(ax, length, y, look, one["fell"].values > 0.0, name)
+        end = order[np.isfinite(y[order])][-1]
+        how = {"ha": "left", "va": "center", "color": look.color, "fontsize": 8}
+        text_at(ax, (length[end], y[end]), text.removesuffix(" path"), (6, 0), **how)
     ax.set(xlabel=LENGTH_TITLE, ylabel="first touch less the planned one$\\,/\\,L^*$")
-    handles = path_entries()
-    handles += [entry("finished fold lands", LYING, LANDING, lw=1.0), entry("fold line", GREY, LINE, lw=1.0)]
+    ax.set_xlim(right=1.2 * length[last])
     if np.any((data["fell"].values == 0.0) & np.isfinite(data["touch_error"].values)):
-        handles.append(entry("laid down without a fall", GREY, "none", marker="o", mfc="white"))
-    legend_above(fig, handles)
+        legend_above(fig, [entry("laid down without a fall", GREY, "none", marker="o", mfc="white")])
     return fig
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from plots.models import LOOKS, draw_pareto, headroom, plain_numbers
 from plots.pieces import entry, note
 from stripfold.draw.colours import GREY
-from stripfold.draw.style import figure, legend_above, styled
+from stripfold.draw.style import figure, styled
 
 LEAST = 1e-7
 """Smaller errors are drawn here: the reference is no better."""
@@ -17,21 +17,21 @@ LEAST = 1e-7
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw |error| over run time, a panel per height, with the Pareto front; the last panel over memory.
+    """Draw |error| over run time, a panel per height, with the Pareto front.
 
     Open markers: elements of order one, or two elements across the thickness.  Dotted: uncertainty of the reference.
 
-    ``data`` is from :func:`studies.accuracy.run`.
+    ``data`` is from :func:`verification.accuracy.run`.
     """
     count = data.sizes["gripper_height"]
     rows = count // 2 + 1
-    fig = figure(2.0 * rows + 0.5, 5.2)
+    fig = figure(2.0 * rows, 5.2)
     panels = fig.subplots(rows, 2, squeeze=False, sharey=True).ravel()
     kinds = data["kind"].values
     plain = (data["order"].values == 2.0) & (data["across"].values == 1.0)
-    costs = [*data["seconds"].values.T, data["way_memory"].values]
-    for j, (ax, cost) in enumerate(zip(panels, costs, strict=False)):
-        one = data.isel(gripper_height=min(j, count - 1))
+    for j, ax in enumerate(panels[:count]):
+        one = data.isel(gripper_height=j)
+        cost = one["seconds"].values
         error = np.maximum(np.abs(one["error"].values), LEAST)
         for kind, how in LOOKS.items():
             for filled in (True, False):
@@ -40,11 +40,10 @@ def draw(data: xr.Dataset) -> Figure:
                 face = how.color if filled else "white"
                 ax.plot(cost[of], error[of], how.marker, color=how.color, mfc=face, label=name)
         draw_pareto(ax, cost, error, max(float(one["uncertain"]), LEAST))
-        of_time = j < count
-        ax.set(xscale="log" if of_time else "linear", yscale="log", xlabel="run time [s]" if of_time else "memory [MB]")
+        ax.set(xscale="log", yscale="log", xlabel="run time [s]")
         what = r"$\lambda_c$" if one["snaps"] else "first touch"
         note(ax, f"({'abcdefgh'[j]}) $z = {float(one['gripper_height']):g}\\,L^*$, {what}", loc="upper right")
-    for ax in panels[count + 1 :]:
+    for ax in panels[count:]:
         ax.set_axis_off()
     for ax in panels[1:count]:
         ax.sharex(panels[0])
@@ -54,11 +53,11 @@ def draw(data: xr.Dataset) -> Figure:
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     handles = panels[0].get_legend_handles_labels()[0]
-    open_marks = entry("of order one, or two elements across", LOOKS["solid"].color, "none", marker="s", mfc="white")
+    open_marks = entry("solid, order one or two across", LOOKS["solid"].color, "none", marker="s", mfc="white")
     handles += [
         open_marks,
         entry("Pareto front", GREY, lw=1.0),
         entry("uncertainty of the reference", GREY, ":", lw=0.8),
     ]
-    legend_above(fig, handles, ncols=len(LOOKS), fontsize=7.0)
+    panels[count].legend(handles=handles, loc="center")
     return fig

@@ -1,19 +1,19 @@
 import os
 import shlex
 import sys
+from functools import partial
 from itertools import product
 from pathlib import Path
+from shutil import which
 
-sys.path.insert(0, str(Path(workflow.basedir, "workflow")))
+sys.path[:0] = [str(Path(workflow.basedir, "workflow")), str(workflow.basedir)]
 # Snakemake puts it into shell commands as it is, and the path may have spaces.
 sys.executable = shlex.quote(sys.executable)
 
 from configuration import load, recording_folders
-from evidence import code_digest, stale_studies
+from digest import digest
 from plots import SECTIONS
-from snakemake.logging import logger
-from studies import APART, FRESH_CLONE, STUDIES, configured, parameters
-from unlock import remove_half_written
+from verification import STUDIES, file_of, title_of
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
 config.update(load(dict(config)))
@@ -25,10 +25,7 @@ MATERIALS = {material["name"]: material for material in config["materials"]}
 LABELS = {name: material["label"] for name, material in MATERIALS.items()}
 # The material whose single runs are drawn: the second, or the only one.
 SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
-# A study has all cores; where no run is repeated, nothing is measured, and short studies run side by side.
-# Snakemake gives a rule no more than `--cores`, which nothing needs that only lists or draws the rules.
 ALL_CORES = os.cpu_count()
-ALONE = ALL_CORES if config["studies"].get("benchmark", {}).get("repeats", 1) > 1 else 1
 
 FILMED = config["recordings"]
 # Name of a synthetic recording, and what it shows.
@@ -60,39 +57,18 @@ def in_report(path, caption, category):
     )
 
 
-def calls(call, files=(), **params):
-    """``params`` that call a function, "module:name", which also reads ``files``.
+def calls(call, **params):
+    """``params`` that call a function, "module:name"; redone where the package or a library has changed."""
+    return {"call": call, "digest": digest(), **params}
 
-    The digest of its code and of these files is among them: Snakemake redoes a result whose ``params`` have changed.
-    """
-    return {"call": call, "evidence": code_digest(call, files), "files": files, **params}
+
+def code(call, wildcards=None):
+    """Source files of a function, as an input."""
+    name = call.partition(":")[0]
+    if name.startswith("tasks."):
+        return sorted(map(str, Path("workflow/tasks").glob("*.py")))
+    return [f"{'workflow/' if name.startswith('plots') else ''}{name.replace('.', '/')}.py"]
 
 
 def of_material(wildcards):
     return MATERIALS[wildcards.material]
-
-
-def kept(study):
-    """The file of a study; that of the repository where what the study needs is not there."""
-    needs = {
-        "calibration": config["images"],
-        "centrelines": config["images"],
-        "peers": "workflow/peers/.venv",
-    }
-    there = configured(study, config) and Path(needs.get(study, ".")).is_dir()
-    return f"{RESULTS if there else 'results'}/studies/{study}.nc"
-
-
-def redone_without_sources(made, workflow):
-    """Have the outputs redone where a file is missing from which they were made.
-
-    Snakemake takes the figures and numbers of a fresh clone, which has no runs, for up to date.
-    """
-    sources, outputs = list(made.input), list(made.output)
-
-    def none(wildcards):
-        if not all(map(os.path.exists, sources)):
-            workflow.dag.forcefiles.update(outputs)
-        return []
-
-    made.set_input(none)

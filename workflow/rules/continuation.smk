@@ -66,7 +66,7 @@ rule printed_law:
     benchmark:
         f"{BENCHMARKS}/printed_law/all.tsv"
     params:
-        **calls("studies.printed_law:run", title="the paper's printed law beside St Venant-Kirchhoff"),
+        **calls("verification.printed_law:run", title="the paper's printed law beside St Venant-Kirchhoff"),
     script:
         "../script.py"
 

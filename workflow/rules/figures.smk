@@ -19,55 +19,42 @@ SOURCES = {
     "material_figures": {
         "touch_error": [rules.assessment.output[0]],
         "friction_needed": [rules.friction_table.output[0]],
-        **(
-            {"fabrics": [STUDY_FILES["fabrics"], STUDY_FILES["friction_margin"]]}
-            if {"fabrics", "friction_margin"} <= set(STUDY_FILES)
-            else {}
-        ),
-        **(
-            {"friction_touch": [STUDY_FILES["friction_touch"], STUDY_FILES["fabrics"]]}
-            if {"friction_touch", "fabrics"} <= set(STUDY_FILES)
-            else {}
-        ),
-        **(
-            {
-                "friction_delay": [
-                    STUDY_FILES["friction_delay"],
-                    STUDY_FILES["fabrics"],
-                    rules.friction_table.output[0],
-                ]
-            }
-            if {"friction_delay", "fabrics"} <= set(STUDY_FILES)
-            else {}
-        ),
     },
     "recording_figures": {
         "measured": [rules.recordings.output[0]],
         "real_paths": [rules.recordings.output[0], rules.frames.output[0]],
     },
-    "study_figures": {
-        "printed_law": [rules.printed_law.output[0]],
-        **{
-            figure: [STUDY_FILES[study]]
-            for figure, study in {
-                "recordings_accuracy": "recordings_accuracy",
-                "calibration": "calibration",
-                "order": "order",
-                "barrier": "barrier",
-                "low_paths": "low_paths",
-                "stability_map": "stability_map",
-                "eigenvalues": "eigenvalues",
-                "layer_friction": "layer_friction",
-                "rod": "rod",
-                "disturbed_rpath": "disturbed_rpath",
-                "work_precision": "accuracy",
-                "fall_precision": "fall_accuracy",
-                "peers": "peers",
-                "textile_law": "textile_law",
-            }.items()
-            if study in STUDY_FILES
-        },
+    "study_figures": {"printed_law": [rules.printed_law.output[0]]},
+}
+# Those of studies: a name is a study, or the table of the friction that R-paths need.
+STUDY_FIGURES = {
+    **{
+        name: [name]
+        for name in (
+            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers recordings_accuracy "
+            "stability_map textile_law"
+        ).split()
     },
+    "fabrics": ["fabrics", "friction_margin"],
+    "fall_precision": ["fall_accuracy"],
+    "rod": ["models"],
+    "friction_delay": ["friction_delay", "fabrics", "friction"],
+    "friction_touch": ["friction_touch", "fabrics"],
+    "work_precision": ["accuracy"],
+}
+
+
+def drawn_by(figure):
+    """The module that draws a figure: its own, or its study."""
+    own = Path(f"workflow/plots/{figure}.py").is_file()
+    return f"plots.{figure}" if own else f"verification.{STUDY_FIGURES[figure][0]}"
+
+
+FILES = STUDY_FILES | {"friction": rules.friction_table.output[0]}
+SOURCES["study_figures"] |= {
+    figure: [FILES[name] for name in names]
+    for figure, names in STUDY_FIGURES.items()
+    if set(names) <= set(FILES)
 }
 FIGURE_FILES = expand(
     f"{FIGURES}/{{name}}.{{suffix}}",
@@ -76,18 +63,21 @@ FIGURE_FILES = expand(
 )
 
 
-rule explorer_page:
-    """The page in which a reader drags the gripper."""
-    input:
-        tables=STUDY_FILES["explorer"],
-    output:
-        in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
-    log:
-        f"{LOGS}/explorer_page.log",
-    params:
-        **calls("tasks.explorer:write", files=("workflow/explorer/*",)),
-    script:
-        "../script.py"
+if "explorer" in STUDY_FILES:
+
+    rule explorer_page:
+        """The page in which a reader drags the gripper."""
+        input:
+            tables=FILES["explorer"],
+            code=["workflow/tasks/explorer.py", *sorted(map(str, Path("workflow/explorer").iterdir()))],
+        output:
+            in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
+        log:
+            f"{LOGS}/explorer_page.log",
+        params:
+            **calls("tasks.explorer:write"),
+        script:
+            "../script.py"
 
 
 for rule_name, figures in SOURCES.items():
@@ -96,7 +86,8 @@ for rule_name, figures in SOURCES.items():
         name:
             rule_name
         input:
-            sorted({file for files in figures.values() for file in files}),
+            sorted({str(file) for files in figures.values() for file in files}),
+            code=sorted(map(str, Path("workflow/plots").glob("*.py"))),
         output:
             png=expand(f"{FIGURES}/{{name}}.png", name=figures),
             svg=[in_report(f"{FIGURES}/{name}.svg", name, CATEGORIES[name]) for name in figures],
@@ -105,11 +96,10 @@ for rule_name, figures in SOURCES.items():
         benchmark:
             f"{BENCHMARKS}/figures/{rule_name}.tsv"
         params:
-            call="tasks.figures:figures",
-            evidence=" ".join(code_digest(f"plots.{name}:draw") for name in figures),
+            **calls("tasks.figures:figures"),
             drawings=[
                 {
-                    "module": f"plots.{name}",
+                    "module": drawn_by(name),
                     # A rule's output refers to the rule, which no other process can be given.
                     "files": [str(file) for file in files],
                     "options": {"material": SHOWN} if name == "paths" else {},

@@ -79,7 +79,7 @@ rule recordings:
         f"{BENCHMARKS}/recordings/all.tsv"
     params:
         **calls(
-            "studies.recordings:table",
+            "verification.recordings:table",
             title="lambda measured in recordings",
             names=[*SYNTHETIC, *REAL],
             materials=MATERIALS,

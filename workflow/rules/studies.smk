@@ -1,44 +1,65 @@
-# Studies of the solver and of the measurement. The repository keeps their results, so `snakemake all` does not redo
-# them: it says which are stale. `make studies` redoes those.
-#
-# Each has the machine to itself: what is timed is not disturbed, and what is not shares its cases among all cores.
+# Verification studies, at the scale that the configuration says. Those of times have the machine to themselves.
 
-for study_name, study in STUDIES.items():
-    if not configured(study_name, config):
-        continue
+TIMED = {
+    "accuracy",
+    "benchmark",
+    "fall_accuracy",
+    "folding_plans",
+    "order",
+    "peers",
+    "profiling",
+    "stability_map",
+    "sweeps",
+    "video_benchmark",
+}
+# Long cases that share all cores.
+SHARED = {"recordings_accuracy"}
+# What a study needs beside the environment; without it its numbers are left out.
+NEEDED = {
+    "calibration": config["images"],
+    "centrelines": config["images"],
+    "explorer": which("chromium") or "chromium",
+    "peers": "verification/peers/.venv",
+}
+PICTURED = {"calibration", "centrelines", "eta_pictures"}
+STUDY_FILES = {
+    name: f"{RESULTS}/studies/{name}.nc"
+    for name in STUDIES
+    if name != "paper" and Path(NEEDED.get(name, ".")).exists()
+}
+STUDY_CODE = [str(path) for path in sorted(Path("verification").rglob("*.py")) if ".venv" not in path.parts]
+
+for study_name, study_file in STUDY_FILES.items():
 
     rule:
         name:
             study_name
+        input:
+            code=[str(file_of(study_name).relative_to(workflow.basedir)), "verification/common.py"],
         output:
-            f"{RESULTS}/studies/{study_name}.nc",
+            study_file,
         log:
             f"{LOGS}/{study_name}.log",
         benchmark:
             f"{BENCHMARKS}/studies/{study_name}.tsv"
-        threads: ALONE
+        threads: ALL_CORES if study_name in TIMED | SHARED and config["scale"] != "quick" else 1
         resources:
-            mem_mb=study.memory,
+            mem_mb=4000 if "recordings" in study_name else 2000,
             runtime=120,
         params:
-            **parameters(study_name, config),
-            call=study.call,
-            title=study.title,
-            files=study.files,
+            **calls(
+                f"verification.{study_name}:run",
+                title=title_of(study_name),
+                **({"images": config["images"]} if study_name in PICTURED else {}),
+                **config["studies"].get(study_name, {}),
+            ),
         message:
-            f"Study: {study.title}."
+            f"Study {study_name}."
         script:
             "../script.py"
 
 
-STUDY_FILES = {name: kept(name) for name in STUDIES}
-# A run in a fresh clone may not have been timed yet.
-STUDY_FILES = {
-    name: file for name, file in STUDY_FILES.items() if name not in FRESH_CLONE or Path(file).is_file()
-}
-
-
 rule studies:
-    """All studies that the configuration asks for."""
+    """All studies."""
     input:
-        [file for name, file in STUDY_FILES.items() if name not in APART and configured(name, config)],
+        list(STUDY_FILES.values()),

@@ -1,8 +1,5 @@
-# Every number that the README or the docs quote, and the tables in them.
-
-
-CLAIMS = ("workflow/claims.yaml",)
-
+# Every number that the README or the docs quote. A reader's run ends with its own beside the release's; `release` writes
+# those of the repository, and the tables in the pages.
 
 SUMMARISED = {
     **STUDY_FILES,
@@ -17,74 +14,52 @@ SUMMARISED = {
 }
 
 
-rule conventions:
-    """What compliance-checker finds in the stored files."""
-    input:
-        list(SUMMARISED.values()),
-    output:
-        f"{RESULTS}/conventions.nc",
-    log:
-        f"{LOGS}/conventions.log",
-    benchmark:
-        f"{BENCHMARKS}/conventions/all.tsv"
-    threads: ALL_CORES
-    params:
-        **calls("conventions:run"),
-        title="stored files by the CF and ACDD conventions",
-        paths=lambda wildcards, input: list(input),
-    script:
-        "../script.py"
-
-
 rule summary:
-    """All numbers that the text quotes, each with its criterion."""
+    """All numbers, each with its criterion, beside those of the release."""
     input:
         **SUMMARISED,
-        conventions=rules.conventions.output[0],
+        code=STUDY_CODE,
+        claims="workflow/claims.yaml",
     output:
-        data=f"{RESULTS}/summary.json",
-        page=in_report(f"{RESULTS}/summary.html", "summary", "Numbers"),
+        data=f"{RESULTS}/numbers.json",
+        page=in_report(f"{RESULTS}/numbers.html", "summary", "Numbers"),
     log:
         f"{LOGS}/summary.log",
-    benchmark:
-        f"{BENCHMARKS}/summary/all.tsv"
     params:
-        **calls("tasks.numbers:summary", files=CLAIMS),
-        sources=lambda wildcards, input: dict(input.items()),
-        studies={name: parameters(name, config) for name in STUDY_FILES},
-        figures=FIGURES,
+        **calls("tasks.numbers:summary", figures=FIGURES, release="results/summary.json"),
     script:
         "../script.py"
 
 
-rule readme:
-    """The generated tables of the README and of docs."""
+# Pages with tables of studies.
+TABLES = [
+    "hard_cases",
+    "accuracy",
+    "profiling",
+    "effects",
+    "peers",
+    "low_paths",
+    "barrier",
+    "friction_delay",
+    "layer_friction",
+    "friction_touch",
+    "fabrics",
+    "textile_law",
+    "variants",
+]
+
+
+rule release:
+    """The numbers of a release, and the tables of the README and of docs."""
     input:
-        **{
-            name: STUDY_FILES[name]
-            for name in (
-                "hard_cases",
-                "accuracy",
-                "profiling",
-                "effects",
-                "cold_run",
-                "peers",
-                "solver_constants",
-                "low_paths",
-                "barrier",
-                "friction_delay",
-                "layer_friction",
-                "friction_touch",
-                "fabrics",
-                "textile_law",
-                "variants",
-            )
-            if name in STUDY_FILES
-        },
-        summary=rules.summary.output.data,
+        **{name: STUDY_FILES[name] for name in TABLES if name in STUDY_FILES},
+        numbers=rules.summary.output.data,
+        figures=FIGURE_FILES,
+    output:
+        touch(f"{RESULTS}/.released"),
     log:
-        f"{LOGS}/readme.log",
+        f"{LOGS}/release.log",
     params:
-        **calls("tasks.numbers:fill_tables", files=CLAIMS),
+        **calls("tasks.numbers:release", release="results/summary.json", scale=config["scale"]),
     script:
         "../script.py"

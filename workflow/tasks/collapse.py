@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from stripfold.ask import collapse_record as analysis
-from stripfold.ask.simulation import Simulation
+from stripfold.ask.inputs import Simulation
 from stripfold.draw import film as films
 
 

@@ -19,7 +19,7 @@ SOURCES = Path(__file__).parents[1] / "explorer"
 
 
 def write(tables: xr.Dataset, output: Sequence[str]) -> None:
-    """Write the page; ``tables`` are those of :mod:`studies.explorer`."""
+    """Write the page; ``tables`` are those of :mod:`verification.explorer`."""
     store.write_text(of_tables(tables), output[0])
 
 

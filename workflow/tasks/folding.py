@@ -10,7 +10,7 @@ import xarray as xr
 
 from stripfold import Strip
 from stripfold.ask import collapse_record
-from stripfold.ask.simulation import Release
+from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
 from stripfold.paths import low
 from tasks import assess_data, post_critical

@@ -1,126 +1,199 @@
-"""The numbers that the text quotes, and the tables in it."""
+"""The numbers of the paper's runs and of the studies, beside those of the release, and the tables of the pages."""
 
 from __future__ import annotations
 
 import json
 import os
+import platform
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from datetime import date
+from html import escape
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-import documented
-from evidence import ROOT, why_stale
-from plots import gallery_markdown
+from plots import FIGURES, SECTIONS, gallery_markdown
 from stripfold.files import store
-from studies import FRESH_CLONE
-from studies.summary import claims, run
+from tasks import claims
+from verification import CHAPTERS
+from verification.common import markdown_table
+from verification.numbers import Entry, evaluate, within
+
+Summary = Mapping[str, Entry]
+
+ROOT = Path(__file__).parents[2]
+HEADLINES = ("claims_open", "branch_jumps", "estimate_coverage", "time_solid_1e-3", "lambda_coverage")
+"""Numbers that the README quotes."""
+COLUMNS = ("key", "value", "what", "criterion", "holds")
+SHOWN_IN = {
+    "Statics": ("Motion along x", "Critical points"),
+    "Folding paths and friction": ("Folding paths", "Folding paths of all materials"),
+    "Recordings": ("Recordings",),
+    "Accuracy and speed": ("Accuracy and performance",),
+}
+"""Sections of the gallery whose figures belong to a chapter."""
 
 
 def summary(
-    sources: dict[str, str],
-    studies: dict[str, dict[str, Any]],
-    figures: str,
-    output: Any,
-    progress: Callable[[str], None],
-    **data: xr.Dataset,
+    figures: str, release: str, output: Any, progress: Callable[[str], None], claims: Path, **data: xr.Dataset
 ) -> None:
-    """Evaluate all numbers and store them, each with the commit that made it and whether it is fresh.
+    """Evaluate all numbers, store them, and show them beside those of the release.
 
-    A number is fresh when the code, the configuration and the libraries that made it are today's; a stale one meets no
-    criterion.
-
-    ``sources``: the files of ``data``, by the same names; ``studies``: today's parameters of the studies among them;
-    ``figures``: the folder of the figures; ``output``: ``data`` is the name of the JSON file, ``page`` that of the same
-    for readers.
+    ``figures``: folder of the figures; ``release``: the file of the release's numbers; ``claims``: that of the claims;
+    ``output``: ``data`` is the name of the JSON file, ``page`` that of the same for readers.
     """
-    stale = {name: why_stale(dataset, studies.get(name)) for name, dataset in data.items()}
-    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "src").rglob("*.py"))
-    project = {
-        "stale": ", ".join(name for name in studies if stale[name]),
-        "studies": len(studies),
-        "package_lines": lines,
-        "docs_examples": sum(len(documented.examples(page)) for page in documented.pages()),
-        "studies_seconds": sum(float(data[name].attrs.get("seconds", 0.0)) for name in studies),
-        "untimed": sum("seconds" not in data[name].attrs for name in studies if name not in FRESH_CLONE),
-        "ci_seconds": data["ci_run"].attrs["wall"] if "ci_run" in data else float("nan"),
-        "git_commit": store.running_commit(),
-    }
-    data, sources = data | {"project": xr.Dataset(attrs=project)}, sources | {"project": "src"}
-    stale |= {"project": ""}
-    found = run.summarise(data, sources)
-    # The one of its numbers that is not counted here.
-    if "ci_run" in data:
-        found["ci_seconds"] |= {"source": sources["ci_run"], "datasets": ["ci_run"]}
-    else:
-        del found["ci_seconds"]
-    for item in found.values():
-        used = item.pop("datasets")
-        item["fresh"] = not any(stale[name] for name in used)
-        item["commit"] = data[used[0]].attrs["git_commit"]
-        item["holds"] = item["holds"] and item["fresh"]
-    counted = claims.entries(claims.read().claims, found)
-    about = {"commit": project["git_commit"], "chapter": "The program"}
-    found |= {key: item | about for key, item in counted.items()}
-    for key, item in found.items():
-        progress(f"{key}: {run.quoted(item)}; {item['criterion']}: {run.verdict(item)}")
+    found = evaluated(data)
+    found |= judged(found, claims)
     store.write_json(found, output.data)
-    store.write_text(run.page(found, os.path.relpath(figures, Path(output.page).parent)), output.page)
+    store.write_text(page(found, os.path.relpath(figures, Path(output.page).parent)), output.page)
+    if Path(release).is_file():
+        lines = beside(found, json.loads(Path(release).read_text(encoding="utf-8")))
+        for line in lines:
+            progress(line)
+        print("\n".join(lines), flush=True)
 
 
-HEADLINES = ("claims_open", "branch_jumps", "estimate_coverage", "time_solid_1e-3", "lambda_coverage")
-"""Numbers that the README quotes."""
+def evaluated(data: Mapping[str, xr.Dataset]) -> dict[str, Entry]:
+    """All numbers by key, chapter by chapter; ``data``: the stored datasets by name."""
+    out: dict[str, Entry] = {}
+    for chapter, names in CHAPTERS.items():
+        for name in names.split():
+            numbers = getattr(import_module(f"verification.{name}"), "NUMBERS", {})
+            out |= {key: entry | {"chapter": chapter} for key, entry in evaluate(numbers, data, name).items()}
+    return out
 
 
-def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
+def judged(numbers: Summary, file: Path) -> dict[str, Entry]:
+    """The number of the paper's claims that are open."""
+    return {"claims_open": claims.count_open(claims.read(file).claims, numbers)}
+
+
+def beside(mine: Summary, release: Summary) -> list[str]:
+    """The lines of a table: number, release, yours, whether within the stated spread."""
+    rows = [("number", "release", "yours", "within the spread")]
+    for key, item in mine.items():
+        if key in release:
+            rows.append((key, quoted(release[key]), quoted(item), "yes" if within(item, release[key]) else "NO"))
+        else:
+            rows.append((key, "", quoted(item), "not in the release"))
+    widths = [max(len(row[i]) for row in rows) for i in range(4)]
+    out = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    known = [key for key in mine if key in release]
+    agree = sum(within(mine[key], release[key]) for key in known)
+    missing = len(set(release) - set(mine))
+    return [
+        *out,
+        f"{agree} of {len(known)} numbers are within the spread of the release's; {missing} were not computed",
+    ]
+
+
+def release(numbers: Path, scale: str, release: str, **data: xr.Dataset) -> None:
+    """Store the numbers as those of the release, and fill the tables of README and docs; ``data``: studies with one."""
+    found = json.loads(numbers.read_text(encoding="utf-8"))
+    if scale == "release":
+        store.write_json(found, release)
+    for name, tables in pages(found, data).items():
+        text = Path(name).read_text(encoding="utf-8")
+        for key, content in tables.items():
+            text = fill_table(text, key, content)
+        store.write_text(text, Path(name))
+    store.write_text(gallery_markdown(), Path("docs/figures.md"))
+    store.write_text(examples_markdown(), Path("docs/examples.md"))
+
+
+def pages(numbers: Summary, data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
     """The generated tables of each page by name; ``data`` are the studies that have one."""
-    from studies import accuracy, cold_run, constants, effects, low_paths, peers, physics_tables, profiling
-    from studies.hard_cases import run as hard_cases
+    from verification import accuracy, effects, hard_cases, low_paths, peers, physics_tables, profiling
 
     profiles = {
         f"profile of {name}": profiling.table(data["profiling"].sel(subject=name)) for name in profiling.SUBJECTS
     }
     headlines = {key: numbers[key] for key in HEADLINES if key in numbers}
     return {
-        "README.md": {"claims": claims.headlines(numbers), "headline numbers": run.markdown(headlines)},
+        "README.md": {"claims": claims.headlines(numbers), "headline numbers": markdown(headlines)},
         "docs/replication.md": claims.tables(numbers),
-        "docs/verification.md": {"numbers": run.markdown(numbers)},
-        "docs/performance.md": {
-            "presets": accuracy.presets(data["accuracy"]),
-            **profiles,
-            "cold run": cold_run.table(data["cold_run"]),
-        },
+        "docs/verification.md": {"numbers": f"{about()}\n\n{markdown(numbers)}"},
+        "docs/performance.md": {"presets": accuracy.presets(data["accuracy"]), **profiles},
         "docs/hard-cases.md": {"hard cases": hard_cases.markdown(data["hard_cases"])},
-        "docs/constants.md": (
-            {"constants": constants.markdown(data["solver_constants"])} if "solver_constants" in data else {}
-        ),
         "docs/effects.md": {"effects": effects.markdown(data["effects"])},
-        "docs/low-path.md": {"low paths": low_paths.markdown(data["low_paths"])} if "low_paths" in data else {},
-        "docs/physics.md": {
-            name: table(data[study]) for name, (study, table) in physics_tables.TABLES.items() if study in data
-        },
+        "docs/low-path.md": {"low paths": low_paths.markdown(data["low_paths"])},
+        "docs/physics.md": {name: table(data[study]) for name, (study, table) in physics_tables.TABLES.items()},
         "docs/peers.md": {"times": peers.table(data["peers"])} if "peers" in data else {},
     }
 
 
-def fill_tables(summary: Path, **data: xr.Dataset) -> None:
-    """Bring the generated tables and pages of the documentation in line with what is stored."""
-    numbers = json.loads(summary.read_text(encoding="utf-8"))
-    for name, tables in pages(numbers, data).items():
-        text = Path(name).read_text(encoding="utf-8")
-        for key, content in tables.items():
-            text = run.fill_table(text, key, content)
-        store.write_text(text, Path(name))
-    store.write_text(gallery_markdown(), Path("docs/figures.md"))
-    store.write_text(examples_markdown(), Path("docs/examples.md"))
+def about() -> str:
+    """What the numbers of a release were made with."""
+    model = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.M)
+    machine = f"{os.cpu_count()} cores, {model[1] if model else platform.machine()}, Python {platform.python_version()}"
+    return f"Commit {store.running_commit()}, {date.today():%d %B %Y}, {machine}. Sample sizes are in the statements."
+
+
+def verdict(item: Entry) -> str:
+    """Whether a number meets its criterion."""
+    return "yes" if item["holds"] else "no"
+
+
+def quoted(item: Entry) -> str:
+    """A number with its error and unit."""
+    if item["value"] is None:
+        return "no number"
+    error = f" +- {item['error']:g}" if "error" in item else ""
+    return f"{item['value']:g}{error}" + ("" if item["unit"] in ("1", "count") else f" {item['unit']}")
+
+
+def _rows(summary: Summary) -> Iterable[tuple[str, ...]]:
+    return ((key, quoted(i), i["statement"], i["criterion"], verdict(i)) for key, i in summary.items())
+
+
+def markdown(summary: Summary) -> str:
+    """The numbers as a table in Markdown."""
+    rows = ([f"`{key}`", *(cell.replace("|", "\\|") for cell in cells)] for key, *cells in _rows(summary))
+    return markdown_table(COLUMNS, rows)
+
+
+def page(summary: Summary, figures: str) -> str:
+    """The numbers as a page in HTML, by chapter, each with its figures; ``figures``: their folder from the page."""
+    blocks = [_HEAD]
+    for chapter, sections in SHOWN_IN.items():
+        rows = _rows({key: item for key, item in summary.items() if item["chapter"] == chapter})
+        lines = ["".join(f"<th>{name}</th>" for name in COLUMNS)]
+        lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows]
+        table = "".join(f"<tr>{line}</tr>\n" for line in lines)
+        blocks.append(f"<h2>{chapter}</h2>\n<table>\n{table}</table>\n")
+        for name in (name for section in sections for name in SECTIONS[section]):
+            caption = escape(f"{name.replace('_', ' ')}: {FIGURES[name]}")
+            picture = f'<img src="{escape(f"{figures}/{name}.png")}" alt="{name}" loading="lazy">'
+            blocks.append(f"<figure>{picture}<figcaption>{caption}</figcaption></figure>\n")
+    return "".join(blocks)
+
+
+_HEAD = """<!doctype html>
+<meta charset="utf-8">
+<title>Numbers</title>
+<style>
+body {font-family: sans-serif; max-width: 75em; margin: 1em auto}
+td, th {padding: 0.3em; text-align: left; vertical-align: top}
+figure {display: inline-block; width: 22em; margin: 0.5em; vertical-align: top}
+img {max-width: 100%}
+</style>
+"""
+
+
+def fill_table(page: str, name: str, table: str) -> str:
+    """A page with its table ``name``, between two comments, replaced."""
+    begin, end = f"<!-- {name}: made by `make release` -->\n", f"<!-- end of {name} -->\n"
+    head, rest = page.split(begin)
+    return head + begin + table + end + rest.split(end)[1]
 
 
 def examples_markdown() -> str:
     """The page ``docs/examples.md``: the programs of ``examples``, in the order of their own page."""
     blocks = [
-        "# Examples\n\n<!-- Made by `snakemake readme` from `examples/`. -->\n\n"
+        "# Examples\n\n<!-- Made by `make release` from `examples/`. -->\n\n"
         "Each program runs alone and in seconds, in any folder; those that need an extra say so.\n\n"
         "Notebooks, shown with what they print and draw:"
     ]

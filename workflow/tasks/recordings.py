@@ -22,7 +22,7 @@ def record(
 ) -> None:
     """Synthetic recordings of a material, as a folder each."""
     from stripfold.synthetic.recording import history_of, write_recording
-    from studies.recordings import scene_of
+    from verification.recordings import scene_of
 
     for of, folder in zip(recordings, output, strict=True):
         progress(f"{folder}: motion")
@@ -46,7 +46,7 @@ def measure(folders: Sequence[Path], output: Any, progress: Callable[[str], None
 def frames(folder: Path, measured: xr.Dataset) -> xr.Dataset:
     """The first frame of a synthetic recording, that at the onset of the snap, and the last."""
     from stripfold.film.video import read
-    from studies.common import dataset
+    from verification.common import dataset
 
     with read(folder / "video.mkv") as film:
         every = [(frame.time, frame.image.copy()) for frame in film]
@@ -57,4 +57,4 @@ def frames(folder: Path, measured: xr.Dataset) -> xr.Dataset:
         "frame": (("instant", "row", "column"), np.array([every[i][1] for i in chosen])),
         "instant": ("instant", times[chosen] - event),
     }
-    return dataset("recordings", values, {"recording": str(measured.attrs["recording"])})
+    return dataset(values, {"recording": str(measured.attrs["recording"])}, {"s": "instant"})

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stripfold.ask.simulation import Release, Simulation
+from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.arrays import Array
 from stripfold.base.errors import TimeStepError
 from stripfold.base.material import Material

@@ -5,22 +5,36 @@ All numbers in SI; what goes together is checked in L*, where the limits are muc
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Literal, Self
+from math import sqrt
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from stripfold.ask.model_error import model_error
-from stripfold.base.errors import MISSING, InvalidInputError
+from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material
-from stripfold.base.validation import Flag, Input, Number, Text, quantity, value_meant
+from stripfold.base.quantities import (
+    ETA_B,
+    HEIGHT_STAR,
+    Accuracy,
+    Air,
+    EtaB,
+    EtaM,
+    Gravity,
+    Height,
+    Length,
+    MovingModel,
+    Nu,
+    RhoA,
+    Stiffness,
+)
+from stripfold.base.validation import Flag, Input, Number, quantity, read_yaml, value_meant
 
-ETA_B = (1e-1, 1e8)
-"""Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
 LENGTH_STAR = (3.0, 150.0)
 """Allowed strip lengths, L*.  The shortest strip that can snap is twice as long; the longest is a matter of cost."""
-HEIGHT_STAR = (0.1, 60.0)
-"""Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
 MAX_THICKNESS_STAR = 0.2
 """Largest thickness of the model, L*: at 0.3 the solid's lambda_c depends on the mesh (docs/hard-cases.md)."""
 LARGEST_PUSH, MAX_COMPRESSION = 2.75, 0.9
@@ -28,27 +42,11 @@ LARGEST_PUSH, MAX_COMPRESSION = 2.75, 0.9
 height: from there on the strip snaps at that push, where the force on one node decides (docs/hard-cases.md)."""
 MAX_MU = 5.0
 """Largest coefficient of friction; those of fabrics on fabrics are 0.2 to 1."""
-GRAM_FORCE = 9.80665e-3
-"""N; the unit of Kawabata's bending test."""
-KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
-"""1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
 UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
 
 Model = Literal["solid", "rod", "elastica", "auto"]
-MovingModel = Literal["solid", "rod"]
 Law = Literal["svk", "printed"]
-
-Length = Annotated[Number, quantity("length of the strip", "m", ge=1e-6, le=1e6)]
-Height = Annotated[Number, quantity("height of the gripper", "m", ge=1e-6, le=1e6)]
-EtaB = Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", ge=ETA_B[0], le=ETA_B[1])]
-EtaM = Annotated[Number, quantity("weight-to-membrane-stiffness ratio", "m^-2 s^2", ge=1e-9, le=0.1)]
-Nu = Annotated[Number, quantity("Poisson's ratio", ge=0.0, le=0.49)]
-RhoA = Annotated[Number, quantity("areal density; scales forces only", "kg m^-2", ge=1e-4, le=1e3)]
-Gravity = Annotated[Number, quantity("gravitational acceleration", "m s^-2", ge=0.1, le=100.0)]
-Accuracy = Annotated[Number, quantity("requested relative accuracy of lambda_c", ge=1e-6, le=0.1)]
-Air = Annotated[Number, quantity("mass-proportional damping", "s^-1", ge=0.0, le=100.0)]
-Stiffness = Annotated[Number, quantity("stiffness-proportional damping", "s", ge=0.0, le=1.0)]
 
 
 class Strip(Input):
@@ -229,25 +227,7 @@ class Scene(AtHeight):
         return self
 
 
-class PlannedPath(Input):
-    """A path of a kind, for a strip."""
-
-    fold_at: Annotated[
-        Number | None, quantity("distance of the fold line from the gripped end; by default half the length", "m")
-    ] = None
-    height: Annotated[Number | None, quantity("height of the gripper on the low path", "m")] = None
-
-
-class OwnPath(Input):
-    """How a table is to be read as a path; :class:`.LogFormat` says what the texts may be."""
-
-    columns: Text | None = None
-    unit: Text | None = None
-    frame: Text | None = None
-    smooth: Number | None = None
-
-
-class PathAssessment(Strip):
+class PathInputs(Strip):
     """A strip to be moved along a path, its model, its falls and its friction."""
 
     model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
@@ -286,13 +266,13 @@ class PathAssessment(Strip):
         return self
 
 
-class StabilityMap(Strip):
+class MapInputs(Strip):
     """A strip whose gripper's places are mapped, and its friction."""
 
     friction_moment: FrictionMoment = None
 
 
-class FoldingPlan(Strip):
+class PlanInputs(Strip):
     """A strip to be folded, how well it is known, and what the robot may do."""
 
     eta_b_uncertainty: Annotated[Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=0.5)] = 0.2
@@ -339,108 +319,111 @@ class FoldingPlan(Strip):
         return stiffest, given, softest
 
 
-PLAUSIBLE = {
-    "scale": (1e-7, 1e-2, "mm", 1e-3),
-    "fold_height": (2e-3, 0.3, "", 0.0),
-    "bending_length": (2e-3, 0.3, "", 0.0),
-    "rigidity": (1e-7, 1e-2, "uN m", 1e-6),
-    "kes_b": (1e-3, 10.0, "N m", 1.0 / KES_B),
-    "kes_2hb": (2e-3, 10.0, "N", 1.0 / KES_HB),
-    "gsm": (2.0, 1e4, "kg m^-2", 1e3),
-}
-"""Least and largest value, from a gauze to a thin metal sheet; another unit that it may be given in, and its factor.
+class Release(Input):
+    """Release of the strip at its critical point, and damping of its fall.
 
-Of the fabrics in data/fabrics.csv none lies within these limits in that other unit."""
+    The default of ``air`` is the drag of air, about 0.3 kg m^-2 s^-1 at the 0.3 m/s of a falling layer, on a light
+    fabric of 0.15 kg m^-2; that of ``stiffness`` a loss tangent of 0.1, usual for fabrics in bending, at the 5 Hz of a
+    swinging layer.
+    """
 
-
-class EtaRequest(Input):
-    """The source of a measured eta_b: the height of a fold or a hanging loop, a picture, or a bending test."""
-
-    fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
-    image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
-    scale: Annotated[Number | None, quantity("size of a pixel of the picture", "m")] = None
-    method: Annotated[
-        Literal["fold", "cantilever"] | None, Field(description="content of the picture: a folded or a hanging strip")
-    ] = None
-    slope: Annotated[
-        Number | None,
+    disturbance: Annotated[
+        Number,
         quantity(
-            "angle of a hanging strip below the horizontal at its clamp; fitted if left out",
-            "degrees",
-            ge=-60.0,
-            le=80.0,
+            "largest initial speed of the mid-surface, along the critical eigenvector; positive: the way the branch "
+            "continues",
+            "m s^-1",
+            ge=-1.0,
+            le=1.0,
         ),
-    ] = None
-    tilt: Annotated[
-        Number | None,
-        quantity(
-            "largest angle between the camera's axis and the width of the strip that is not excluded; 3 if left out",
-            "degrees",
-            ge=0.0,
-            le=10.0,
-        ),
-    ] = None
-    roll: Annotated[
-        Number | None,
-        quantity(
-            "largest angle between the picture's rows and the horizontal that is not excluded; 1 if left out",
-            "degrees",
-            ge=0.0,
-            le=10.0,
-        ),
-    ] = None
-    depth: Annotated[
-        Number | None,
-        quantity(
-            "largest width of the strip over its distance from the camera that is not excluded; 0.05 if left out",
-            ge=0.0,
-            le=0.5,
-        ),
-    ] = None
+    ] = 1e-3
+    speed: Annotated[Number, quantity("speed of the gripper; 0: held just past lambda_c", "m s^-1", ge=0.0, le=1.0)] = (
+        0.0
+    )
+    air: Air = 2.0
+    stiffness: Stiffness = 3e-3
+    until: Annotated[Literal["rest", "touch"], Field(description="end of the fall")] = "rest"
 
-    loop: Annotated[
-        Literal["heart", "pear"] | None,
-        Field(description="strip that hangs from its ends, held together: these point upwards, or downwards"),
-    ] = None
-    length: Annotated[Number | None, quantity("length of that strip", "m", gt=0.0)] = None
-    height: Annotated[Number | None, quantity("from its ends to its lowest point", "m", gt=0.0)] = None
-    bending_length: Annotated[
-        Number | None, quantity("Peirce's bending length, (rigidity / weight)^(1/3): it is L*", "m")
-    ] = None
-    rigidity: Annotated[Number | None, quantity("bending stiffness per width, with gsm", "N m")] = None
-    kes_b: Annotated[Number | None, quantity("B of Kawabata's bending test, with gsm", "gf cm^2/cm")] = None
-    kes_2hb: Annotated[Number | None, quantity("2HB of that test: the friction in bending", "gf cm/cm")] = None
-    gsm: Annotated[Number | None, quantity("weight per area, with rigidity or kes_b", "g m^-2")] = None
+
+def _on_or_off(value: Any) -> Any:
+    # YAML takes on and off for true and false.
+    return ("on" if value else "off") if isinstance(value, bool) else value
+
+
+EffectSetting = Annotated[Literal["auto", "on", "off"], BeforeValidator(_on_or_off)]
+
+
+class Effects(Input):
+    """Effects of a simulation: "on", "off", or "auto", on where the scene needs it (docs/effects.md)."""
+
+    contact: EffectSetting = "auto"
+    self_contact: EffectSetting = "auto"
+    inertia: EffectSetting = "auto"
+    friction: EffectSetting = "auto"
+    layer_friction: EffectSetting = "auto"
+    solid: EffectSetting = "auto"
 
     @model_validator(mode="after")
-    def _check_source(self) -> Self:
-        sources = ("fold_height", "image", "loop", "bending_length", "rigidity", "kes_b")
-        if sum(getattr(self, key) is not None for key in sources) != 1:
-            raise InvalidInputError("fold_height", self.fold_height, f"one of {', '.join(sources)}")
-        stiffness = self.rigidity if self.kes_b is None else self.kes_b
-        if (self.gsm is None) != (stiffness is None):
-            raise InvalidInputError("gsm", MISSING if self.gsm is None else self.gsm, "this with rigidity or kes_b")
-        if self.kes_2hb is not None and self.kes_b is None:
-            raise InvalidInputError("kes_2hb", self.kes_2hb, "this only together with kes_b")
-        for source, key in (("image", "scale"), ("image", "method"), ("loop", "length"), ("loop", "height")):
-            value, needed = getattr(self, key), getattr(self, source) is not None
-            if value is not None and not needed:
-                raise InvalidInputError(key, value, f"this only together with {source}")
-            if value is None and needed:
-                raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
-        if self.length is not None and self.height is not None and self.height >= self.length:
-            allowed = f"less than the length, {self.length:g} m"
-            raise InvalidInputError("height", self.height, allowed, "are the two swapped?")
-        for key in ("tilt", "roll", "depth"):
-            if getattr(self, key) is not None and self.image is None:
-                raise InvalidInputError(key, getattr(self, key), "this only together with image")
-        if self.slope is not None and self.method != "cantilever":
-            raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
-        for key, (low, high, other, factor) in PLAUSIBLE.items():
-            value = getattr(self, key)
-            if value is not None and not low <= value <= high:
-                unit = str(type(self).model_fields[key].json_schema_extra["unit"])  # type: ignore[index]
-                meant = f"{value:g} {other} are {value * factor:g}" if low <= value * factor <= high else ""
-                advice = ": ".join(filter(None, (f"the unit is {unit}", meant or value_meant(value, unit, low, high))))
-                raise InvalidInputError(key, value, f"from {low:g} to {high:g} {unit}", advice)
+    def _check_possible(self) -> Self:
+        if self.contact == "off":
+            advice = "the strip starts lying on the floor: without contact there is no state to start from"
+            raise InvalidInputError("contact", "off", "auto or on", advice)
+        if self.friction == "on":
+            advice = "a fall has no internal friction; `stripfold assess` has, with --friction-moment or --pull"
+            raise InvalidInputError("friction", "on", "auto or off", advice)
         return self
+
+
+def _all_auto(value: Any) -> Any:
+    if value == "auto":
+        return Effects()
+    if not isinstance(value, Mapping | Effects):
+        raise InvalidInputError("", value, "auto, or keys and values as self_contact: off")
+    return value
+
+
+class Simulation(AtHeight, Release):
+    """A strip through its collapse: a scene, how the strip is released, and with which effects.
+
+    The model is the solid, or what ``model`` says; with ``effects`` and without ``model``, what those say or need.
+    """
+
+    model: Annotated[
+        MovingModel, Field(description="the paper's finite elements, or a rod; the elastica has no motion in time")
+    ] = "solid"
+    layer_friction: Annotated[
+        Number, quantity("coefficient of friction between the layers and on the floor", ge=0.0, le=MAX_MU)
+    ] = 0.0
+    effects: Annotated[Effects, BeforeValidator(_all_auto)] = Effects()
+
+    @model_validator(mode="after")
+    def _resolve_model(self) -> Self:
+        given = self.model_fields_set
+        solid = self.effects.solid
+        if "model" in given or "effects" not in given:
+            wanted = "on" if self.model == "solid" else "off"
+            if solid not in ("auto", wanted):
+                raise InvalidInputError("effects.solid", solid, f"{wanted} with model = {self.model}", "give only one")
+            object.__setattr__(self, "effects", self.effects.model_copy(update={"solid": wanted}))
+        elif solid == "off" or (solid == "auto" and self.distance_from_solid("rod") <= self.accuracy):
+            object.__setattr__(self, "model", "rod")
+        self.require_long_enough()
+        return self
+
+    @property
+    def time_unit(self) -> float:
+        """sqrt(L*/g), s."""
+        return sqrt(self.gravity_length / self.gravity)
+
+    def as_config(self) -> dict[str, Any]:
+        """The resolved keys and values, as they could be given."""
+        solid = "on" if self.model == "solid" else "off"
+        return {**self.model_dump(), "effects": {**self.effects.model_dump(), "solid": solid}}
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Self:
+        """A simulation from a YAML file.
+
+        Raises InvalidInputError: not readable, or a key or value that cannot be used.
+        """
+        return cls(**read_yaml(path, "scene", "length: 0.6"))

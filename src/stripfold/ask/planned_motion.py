@@ -12,8 +12,7 @@ from math import sqrt
 import numpy as np
 
 from stripfold.ask.collapse_record import in_solver_units
-from stripfold.ask.inputs import FoldingPlan, Strip
-from stripfold.ask.simulation import Release
+from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.elastica import folded_loop
@@ -73,7 +72,7 @@ class InTime:
 
 
 def in_time(
-    asked: FoldingPlan,
+    asked: PlanInputs,
     curves: Sequence[GripperPath],
     static: Sequence[Sequence[StripState]],
     moment: float,
@@ -119,7 +118,7 @@ def _rod(strip: Strip) -> StripModel:
 
 
 def _moved(
-    asked: FoldingPlan,
+    asked: PlanInputs,
     strip: Strip,
     path: GripperPath,
     states: Sequence[StripState],

@@ -1,6 +1,6 @@
 """The strip, from which all that is computed starts; all numbers in SI.
 
-Results come from :mod:`.results` and :mod:`.path_assessment`; nothing heavy is imported before something is computed.
+Each question has its module in this folder; nothing heavy is imported before something is computed.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
-from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
 from stripfold.base.arguments import checked
@@ -16,12 +15,13 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
 
 if TYPE_CHECKING:
-    from stripfold.ask.folding_plan import FoldingPlan
-    from stripfold.ask.inputs import Law, Model, MovingModel
-    from stripfold.ask.path_assessment import PathAssessment
-    from stripfold.ask.results import CriticalPoint, StripCollapse
-    from stripfold.ask.simulation import Release
-    from stripfold.ask.stability_map import StabilityMap
+    from stripfold.ask.assess import PathAssessment
+    from stripfold.ask.collapse import StripCollapse
+    from stripfold.ask.critical import CriticalPoint
+    from stripfold.ask.inputs import Law, Model, Release
+    from stripfold.ask.map import StabilityMap
+    from stripfold.ask.plan import FoldingPlan
+    from stripfold.base.quantities import MovingModel
     from stripfold.paths import FoldPath
 
 Progress = Callable[[str], None]
@@ -133,9 +133,9 @@ class Strip:
             second_gripper=second_gripper,
         )
         scene.require_long_enough()
-        from stripfold.ask.results import CriticalPoint
+        from stripfold.ask.critical import find
 
-        return CriticalPoint.of(scene, progress)
+        return find(scene, progress)
 
     @checked
     def collapse(
@@ -172,7 +172,7 @@ class Strip:
         SolveError, TimeStepError
             A part could not be computed.
         """
-        from stripfold.ask.simulation import Release, Simulation
+        from stripfold.ask.inputs import Release, Simulation
         from stripfold.base.validation import within
 
         given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
@@ -180,7 +180,7 @@ class Strip:
             given |= Release.of({} if release is None else release).model_dump()
         given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
         simulation = Simulation.of(given)
-        from stripfold.ask.results import StripCollapse
+        from stripfold.ask.collapse import StripCollapse
 
         return StripCollapse.of(simulation, progress)
 
@@ -236,9 +236,8 @@ class Strip:
         """
         from stripfold.ask import inputs
 
-        began = perf_counter()
         self._check_path(path)
-        asked = inputs.PathAssessment(
+        asked = inputs.PathInputs(
             **asdict(self),
             model=model,
             fall=fall,
@@ -248,9 +247,9 @@ class Strip:
             step=step,
             second_gripper=second_gripper,
         )
-        from stripfold.ask.path_assessment import PathAssessment
+        from stripfold.ask.assess import assess
 
-        return PathAssessment.of(asked, path, began, progress)
+        return assess(asked, path, progress)
 
     def _check_path(self, path: Any) -> None:
         from stripfold.paths import FoldPath
@@ -291,9 +290,9 @@ class Strip:
         (0.04757, True, False)
         """
         from stripfold.ask import inputs
-        from stripfold.ask.stability_map import StabilityMap
+        from stripfold.ask.map import StabilityMap
 
-        return StabilityMap.of(inputs.StabilityMap(**asdict(self), friction_moment=friction_moment), progress)
+        return StabilityMap.of(inputs.MapInputs(**asdict(self), friction_moment=friction_moment), progress)
 
     @checked
     def plan(
@@ -341,9 +340,9 @@ class Strip:
         ('low', 0.01477)
         """
         from stripfold.ask import inputs
-        from stripfold.ask.folding_plan import FoldingPlan
+        from stripfold.ask.plan import FoldingPlan
 
-        asked = inputs.FoldingPlan(
+        asked = inputs.PlanInputs(
             **asdict(self),
             eta_b_uncertainty=eta_b_uncertainty,
             margin=margin,

@@ -29,9 +29,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from pydantic import Field, create_model
 
-import stripfold
 from stripfold import elastica
-from stripfold.ask import critical_point
+from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
 from stripfold.ask.model_error import solid_error
 from stripfold.ask.prediction import ElasticaPrediction
@@ -39,6 +38,7 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.base.percent import Percent
 from stripfold.base.validation import Input, Number, Whole, quantity, within
+from stripfold.base.version import running_commit, version
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress
 from stripfold.follow.track import End
@@ -248,7 +248,7 @@ def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
     """
     folder = _folder(file)
     # Parts of another version are of another sweep: one file has one origin.
-    origin = [grid.config(), CHUNK, CHUNKS, stripfold.__version__, store.running_commit()]
+    origin = [grid.config(), CHUNK, CHUNKS, version(), running_commit()]
     digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
     parts = {folder / f"{digest}-{number:05d}.nc": chunk for number, chunk in enumerate(grid.chunks)}
     if any(part not in parts for part in folder.glob("*.nc") if re.fullmatch(r"[0-9a-f]{16}-\d{5}", part.stem)):
@@ -406,7 +406,7 @@ def _of(case: Mapping[str, Any]) -> dict[str, Any]:
             return _of_elastica(scene)
         prediction = _predicted(scene.height_star)
         scene.require_long_enough(prediction.last.length)
-        found = critical_point.find(scene, prediction=prediction)
+        found = critical.find(scene, prediction=prediction)
     except StripfoldError as error:
         return dict.fromkeys(NUMBERS, nan) | {"reason": " ".join(str(error).split())}
     return {name: getattr(found, name) for name in (*NUMBERS, "reason")}
@@ -420,7 +420,7 @@ def _of_elastica(scene: Scene) -> dict[str, Any]:
     return {
         "lambda_c": lam if end.snap else nan,
         "lambda_touch": nan if end.snap else lam,
-        "error": unit * critical_point.ELASTICA_ERROR,
+        "error": unit * critical.ELASTICA_ERROR,
         "model_error": lam * scene.distance_from_solid("elastica"),
         "solid_error": lam * solid_error(scene.material.relative_thickness, scene.nu, scene.height_star),
         "free_length": unit * end.length,

@@ -25,7 +25,7 @@ STYLES = {BEFORE: "-", FALL: "--", AFTER: "-."}
 def draw(data: xr.Dataset) -> Figure:
     """Draw lambda over (a) the deflection, (b) the sag's height: black to lambda_c, red in the fall, green after it.
 
-    ``data`` is from :func:`stripfold.follow.collapse.run`.
+    ``data`` is from :func:`stripfold.ask.collapse_record.run`.
     """
     found = collapse(data)
     right, low, high = CM * float(found.deflection.max()), CM * found.lambda_0, CM * float(found.advance.max())

@@ -85,7 +85,9 @@ def frames(times: Array) -> Array:
 def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress | None = None) -> Path:
     """Draw a collapse as a film: :func:`draw`.
 
-    ``data``: from :func:`stripfold.follow.collapse.run`; ``path``, ``progress``: as there.  Raises InvalidInputError:
+    ``data``: from :func:`stripfold.ask.collapse_record.run`; ``path``, ``progress``: as there.
+
+    Raises InvalidInputError:
     other data, or another suffix.
     """
     return draw(collapse(data), path, "𝜆 =", progress=progress)

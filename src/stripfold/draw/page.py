@@ -6,12 +6,11 @@ from typing import Any
 
 import jinja2
 
-import stripfold
-from stripfold.files.store import running_commit
+from stripfold.base.version import running_commit, version
 
 
 def html(template: str, **values: Any) -> str:
     """The page of a template of the folder ``templates``, with its values, and the version and commit of the code."""
     loader = jinja2.PackageLoader("stripfold")
     environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.get_template(template).render(version=stripfold.__version__, commit=running_commit(), **values)
+    return environment.get_template(template).render(version=version(), commit=running_commit(), **values)

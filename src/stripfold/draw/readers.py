@@ -68,7 +68,7 @@ class Collapse(Followed):
 
 
 def collapse(data: xr.Dataset) -> Collapse:
-    """The collapse that a dataset from :func:`stripfold.follow.collapse.run` holds.
+    """The collapse that a dataset from :func:`stripfold.ask.collapse_record.run` holds.
 
     Raises InvalidInputError: it holds something else.
     """

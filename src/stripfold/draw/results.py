@@ -8,8 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stripfold.base.arrays import Array
-from stripfold.draw.colours import CRITICAL, GRIPPER, SETTLED, STATIC
-from stripfold.draw.style import CM, around, equal_panels, legend_above, styled
+from stripfold.draw.colours import BLACK, CRITICAL, GREY, GRIPPER, PINK, SETTLED, SKY, STATIC, TOUCHING
+from stripfold.draw.style import CM, around, equal_panels, figure, legend_above, styled
+
+ETA_B_STYLES = ((SKY, "--"), (BLACK, "-"), (PINK, ":"))
+"""Colours and kinds of line of the least, the given and the largest eta_b."""
 
 
 @styled
@@ -37,4 +40,28 @@ def draw_strip(
     if marks is not None and len(marks):
         ax.plot(*(CM * np.asarray(marks).T), "x", color=GRIPPER, mew=1.4, zorder=4, label="critical point")
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
+    return fig
+
+
+@styled
+def draw_along(waypoints: Array, distances: Array, names: Sequence[str], asked: float | None) -> Figure:
+    """Draw the distance from snap boundaries, the height and the rotation of the gripper over time.
+
+    ``waypoints``: time, x, z and rotation, shape (n, 4), s, m and degrees.  ``distances``: from the boundaries of the
+    strips of :data:`ETA_B_STYLES`, shape (3, n), m, and their ``names``.  ``asked``: the margin asked for, if any, m.
+    """
+    t, _, z, angle = waypoints.T
+    fig = figure(4.2)
+    margin, height, rotation = fig.subplots(3, 1, sharex=True)
+    for name, distance, (colour, line) in zip(names, distances, ETA_B_STYLES, strict=True):
+        margin.plot(t, CM * distance, line, color=colour, label=name)
+    if asked is not None:
+        margin.axhline(CM * asked, color=GREY, lw=0.8, ls="--", label="asked")
+    margin.axhline(0.0, color=TOUCHING, lw=0.8)
+    margin.set_ylabel("from the snap [cm]")
+    margin.legend(title=r"$\eta_b$ [m$^{-4}$ s$^2$]", fontsize=7, title_fontsize=7)
+    height.plot(t, CM * z, color=GRIPPER)
+    height.set_ylabel("$z$ [cm]")
+    rotation.plot(t, angle, color=GRIPPER)
+    rotation.set(ylabel="angle [degree]", xlabel="time [s]")
     return fig

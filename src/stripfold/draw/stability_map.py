@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.base.arrays import Array
-from stripfold.draw.colours import FRICTION, GREY, HANGING, LYING, SHADE, TOUCHING
+from stripfold.base.arrays import Array, Mask
+from stripfold.draw.colours import FRICTION, GREY, GRIPPER, HANGING, LYING, SHADE, TOUCHING
 from stripfold.draw.style import CM, around, equal_panels, legend_above, styled
 
-LEVELS = (0.03, 0.1, 0.2, 0.3)
+LEVELS = (0.1, 0.2, 0.3)
 """Margins that are drawn, over the length of the strip."""
 CURVES: dict[str, tuple[str, dict[str, Any]]] = {
     "snap": ("snap", {"color": TOUCHING, "lw": 1.8}),
@@ -25,27 +25,39 @@ CURVES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 @styled
-def draw(data: xr.Dataset) -> Figure:
-    """Draw the boundaries and lines of equal margin; ``data`` is from :meth:`.StabilityMap.to_dataset`."""
-    curves = {name: CM * np.stack([data[f"{name}_x"].values, data[f"{name}_z"].values], axis=1) for name in CURVES}
-    fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.55)
+def draw(
+    curves: Mapping[str, Array],
+    grid: tuple[Array, Array],
+    margin: Array,
+    length: float,
+    friction: tuple[Array, Mask, str] | None = None,
+    path: Array | None = None,
+) -> Figure:
+    """Draw the boundaries and lines of equal margin, all in m.
+
+    ``curves``: those of :data:`CURVES`, shape (n, 2) each.  ``grid``, ``margin``: places x and z, and margins, shape
+    (z, x).  ``length``: of the strip.  ``friction``: ends of the advance with friction, whether the strip snaps there,
+    and for which history they are.  ``path``: places of the gripper on a path, shape (k, 2).
+    """
+    curves = {name: CM * curves[name] for name in CURVES}
+    shown = list(curves.values())
+    if path is not None:
+        # No path of a plan goes where a landed strip is lifted.
+        shown = [*(curve for name, curve in curves.items() if name != "lifted_landed"), CM * path]
+    fig, (ax,) = equal_panels([around(np.vstack(shown))], above=0.56)
     ax.set(xlabel="gripper $x$ [cm]", ylabel="gripper $z$ [cm]")
-    levels = [CM * data.attrs["length"] * share for share in LEVELS]
-    draw_map(ax, curves, CM * data["map_x"].values, CM * data["map_z"].values, CM * data["margin"].values, levels, "cm")
-    if "friction_x" in data:
-        _draw_friction(ax, data)
+    levels = [CM * length * share for share in LEVELS]
+    draw_map(ax, curves, CM * grid[0], CM * grid[1], CM * margin, levels, "cm")
+    if friction is not None:
+        places, snaps, history = friction
+        places = CM * places
+        ax.plot(*places.T, "-o", color=FRICTION, lw=1.2, ms=3.0, zorder=4, label="with friction (open: sag touches)")
+        ax.plot(*places[~snaps].T, "o", color=FRICTION, mfc="white", ms=3.0, zorder=4)
+        ax.text(0.6, 0.07, fill(history, 30), transform=ax.transAxes, ha="center", fontsize=6.5)
+    if path is not None:
+        ax.plot(*(CM * path).T, color=GRIPPER, lw=1.6, label="gripper", zorder=5)
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
     return fig
-
-
-def _draw_friction(ax: Axes, data: xr.Dataset) -> None:
-    """The ends of the advance with friction, and for which history they are."""
-    x, z, snaps = CM * data["friction_x"].values, CM * data["friction_z"].values, data["friction_snap"].values == 1
-    ax.plot(x, z, color=FRICTION, lw=1.2, zorder=4)
-    for which, label, face in ((snaps, "snap", FRICTION), (~snaps, "sag touches", "white")):
-        ax.plot(x[which], z[which], "o", color=FRICTION, mfc=face, ms=3.0, zorder=4, label=f"with friction, {label}")
-    text = f"friction {data.attrs['friction_moment']:.3g} N:\n" + data.attrs["friction_history"].replace(", ", ",\n")
-    ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=5)
 
 
 def draw_map(

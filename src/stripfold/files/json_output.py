@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any
 
-import stripfold
+from stripfold.base.version import version
 
 OTHER = {
     name: unit
@@ -49,7 +49,7 @@ def document(numbers: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str,
         **numbers,
         "inputs": dict(inputs),
         "units": dict(sorted((asked | units).items())),
-        "stripfold_version": stripfold.__version__,
+        "stripfold_version": version(),
     }
 
 

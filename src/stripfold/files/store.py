@@ -7,20 +7,18 @@ import hashlib
 import json
 import os
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
-from importlib.metadata import version
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-import stripfold
 from stripfold.base.arguments import file_name
 from stripfold.base.errors import InvalidInputError, StripfoldError
+from stripfold.base.version import running_commit, version
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,9 +42,6 @@ MOST_BYTES = 4e9
 """Largest dataset that is read: a damaged file may declare any size."""
 PROVENANCE = ("title", "stripfold_version", "git_commit", "packages", "config")
 """Global attributes that every stored dataset has."""
-
-# What decides a result: a change elsewhere, in a text or in a stored result, does not make the commit "dirty".
-_SOURCES = ("src", "workflow", "data", "Snakefile", "environment.lock")
 
 
 @contextmanager
@@ -130,7 +125,7 @@ def write(
     if missing:
         raise StripfoldError(f"cannot store {Path(path).name}: without {' or '.join(REQUIRED)}: {', '.join(missing)}")
     commit = running_commit()
-    made = f"stripfold {stripfold.__version__}, commit {commit}"
+    made = f"stripfold {version()}, commit {commit}"
     stamped = _labels_apart(dataset).assign_attrs(
         Conventions=CONVENTIONS,
         title=title,
@@ -142,9 +137,9 @@ def write(
         references=REFERENCES,
         license=LICENSE,
         creator_name="The stripfold developers",
-        stripfold_version=stripfold.__version__,
+        stripfold_version=version(),
         git_commit=commit,
-        packages=_json({name: version(name) for name in PACKAGES}),
+        packages=_json({name: metadata.version(name) for name in PACKAGES}),
         config=_json(config or {}),
         **{DIGEST: "SHA-256, in the last line of the file"},
     )
@@ -241,47 +236,6 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
     if missing:
         raise InvalidInputError("file", str(path), f"a file of this package with {', '.join(missing)}", "make it anew")
     return dataset
-
-
-@cache
-def running_commit() -> str:
-    """:func:`git_commit` of this package, as it was at the first call: of the code that is loaded."""
-    return git_commit()
-
-
-def git_commit(folder: Path = Path(__file__).parent) -> str:
-    """Commit of the source tree that ``folder`` belongs to, with "-dirty" when its sources were changed.
-
-    Where this is no checkout, or git is missing, that of the wheel; "unknown" of one built without git.
-    """
-    return _of_checkout(folder) or _of_wheel()
-
-
-def _of_wheel() -> str:
-    file = Path(__file__).parents[1] / "commit.txt"
-    return file.read_text(encoding="utf-8").strip() if file.is_file() else "unknown"
-
-
-def _of_checkout(folder: Path) -> str | None:
-    # An installed copy may lie inside somebody else's checkout: only one that tracks this file counts.
-    if _git(folder, "ls-files", "--error-unmatch", Path(__file__).name) is None:
-        return None
-    commit, top = _git(folder, "rev-parse", "HEAD"), _git(folder, "rev-parse", "--show-toplevel")
-    if not commit or not top:
-        return None
-    changed = _git(Path(top), "status", "--porcelain", "--", *_SOURCES)
-    return commit if changed == "" else f"{commit}-dirty"
-
-
-def _git(folder: Path, *arguments: str) -> str | None:
-    """Output of git, None when it fails; on a full disk git would leave the lock of its index behind."""
-    try:
-        done = subprocess.run(
-            ["git", "--no-optional-locks", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=30
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout.strip() if done.returncode == 0 else None
 
 
 def _json(value: Any, indent: int | None = None) -> str:

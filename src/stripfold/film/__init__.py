@@ -1,5 +1,1 @@
 """Measuring lambda_c and eta_b from pictures and recordings; docs/measuring.md is the user's page."""
-
-from stripfold.base.extras import require
-
-require("vision")

@@ -8,12 +8,14 @@ from math import degrees, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from stripfold.ask.inputs import ETA_B, KES_B, KES_HB, EtaRequest
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.extras import require
 from stripfold.base.material import GRAVITY
+from stripfold.base.quantities import ETA_B
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
+from stripfold.film.request import KES_B, KES_HB, EtaRequest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,6 +71,7 @@ class EtaB(Result):
             unit = Material(eta_b).gravity_length
             found = cls(eta_b, unit, friction_moment=moment, friction_moment_star=star)
         else:
+            require("vision")
             from stripfold.film.eta import View, from_image
             from stripfold.film.pictures import read_grey
 
@@ -181,6 +184,7 @@ class RecordingMeasurement(Result):
     @classmethod
     def of(cls, folder: str | os.PathLike[str], progress: Progress | None = None) -> Self:
         """Measure it."""
+        require("vision")
         from stripfold.film import measure, recording
 
         return cls(measure.measure(recording.read(folder), progress))

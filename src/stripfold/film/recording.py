@@ -11,10 +11,10 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from stripfold.ask.inputs import HEIGHT_STAR, EtaB
 from stripfold.base.arrays import Array
 from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.material import Material
+from stripfold.base.quantities import HEIGHT_STAR, EtaB
 from stripfold.base.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 from stripfold.film.boards import Board, Dictionary
 from stripfold.film.clock import RobotLog, read_log

@@ -5,19 +5,27 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
-from stripfold.ask.inputs import OwnPath, PlannedPath
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array, ByValue
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.validation import Input, Number, quantity
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.robot_log import LogFormat
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+class PlannedPath(Input):
+    """A path of a kind, for a strip."""
+
+    fold_at: Annotated[
+        Number | None, quantity("distance of the fold line from the gripped end; by default half the length", "m")
+    ] = None
+    height: Annotated[Number | None, quantity("height of the gripper on the low path", "m")] = None
 
 
 @runtime_checkable
@@ -208,8 +216,7 @@ def read(
         No such table, or a path that this strip cannot follow; the message names the row.
     """
     _folded(strip, fold_at)
-    asked = OwnPath(columns=columns, unit=unit, frame=frame, smooth=smooth)
-    star, log = strip.gravity_length, LogFormat.of(**asked.model_dump())
+    star, log = strip.gravity_length, table.LogFormat(columns=columns, unit=unit, frame=frame, smooth=smooth)
     curve = table.read(file_name("file", file), strip.length / star, star, log)
     return FoldPath(curve.name, strip.length, star, curve.scaled(star), fold_at)
 

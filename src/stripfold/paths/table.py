@@ -7,15 +7,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Self
 
 import numpy as np
+from pydantic import model_validator
 
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import UNITS
+from stripfold.base.validation import Input, Number, Text
 from stripfold.files.tables import read_table
 from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
-from stripfold.paths.robot_log import LogFormat, smoothed
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))
@@ -24,14 +26,68 @@ MAX_ROWS = 20_000
 SNAP, SNAP_SHARE = 5e-3, 0.05
 """Distance, m, and share of the length, by which a robot may miss what its path should be: more than the height of its
 fingers' ends above the floor."""
-AS_WRITTEN = LogFormat()
 START_TOLERANCE = 1e-3
 """Distance between the start of a path and the end of the flat strip that counts as rounding, over the length."""
 SPACING = 0.05
 """Spacing of written rows, L*."""
+STIFFEST = 16.0
+"""Largest decimal logarithm of the spline's penalty, with rows one apart: longer than any log."""
+HALVINGS = 12
+FEWEST = 8
+"""Rows below which there is nothing to smooth."""
 
 
-def read(path: str | os.PathLike[str], length: float, unit: float, log: LogFormat = AS_WRITTEN) -> GripperPath:
+class LogFormat(Input):
+    """How a robot's log is to be read; each entry may be left out.
+
+    ``columns``: names in the file, or numbers from 1 on, of the columns t, x and z, as "t,x,z".  ``unit``: "m", "cm" or
+    "mm", of positions in the file; else what its header says, or m.  ``frame``: "x0,z0" or "x0,z0,flip": x and z in the
+    log, m, of the point on the floor under the middle of the strip, and whether the log's x runs against the direction
+    of folding.  ``smooth``: largest distance of the path from the rows, m; else the path goes through the rows.
+    """
+
+    columns: Text | None = None
+    unit: Text | None = None
+    frame: Text | None = None
+    smooth: Number | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.columns is not None and (len(self.names) != 3 or not all(self.names)):
+            raise InvalidInputError("columns", self.columns, "three names or numbers of columns, as time,x,z or 1,3,5")
+        if self.unit not in (None, *UNITS["m"]):
+            raise InvalidInputError("unit", self.unit, f"one of {', '.join(UNITS['m'])}")
+        if not np.isfinite(self.origin).all() or (self.frame or "").count(",") > 1 + self.flip:
+            raise InvalidInputError("frame", self.frame, "x0,z0 in m, or x0,z0,flip", "as --frame=-0.1,0.02,flip")
+        if self.smooth is not None and not 0.0 < self.smooth <= 1.0:
+            raise InvalidInputError("smooth", self.smooth, "a distance in m, more than 0 and at most 1")
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names or numbers of the columns; none of a table that names them t, x and z."""
+        return () if self.columns is None else tuple(name.strip() for name in self.columns.split(","))
+
+    @property
+    def origin(self) -> Array:
+        """The point under the middle of the strip, m; nan where the frame is not two numbers."""
+        try:
+            x0, z0 = map(float, ("0,0" if self.frame is None else self.frame).split(",")[:2])
+        except ValueError:
+            x0 = z0 = np.nan
+        return np.array([x0, z0])
+
+    @property
+    def flip(self) -> bool:
+        """Whether x runs against the direction of folding."""
+        return [word.strip() for word in (self.frame or "").split(",")[2:]] == ["flip"]
+
+    def in_frame(self, positions: Array) -> Array:
+        """Return positions of a log, m, shape (n, 2), in the frame with its origin mid-strip."""
+        return (positions - self.origin) * np.array([-1.0 if self.flip else 1.0, 1.0])
+
+
+def read(path: str | os.PathLike[str], length: float, unit: float, log: LogFormat | None = None) -> GripperPath:
     """A user's path: a spline through the rows between corners, rows where it turns by more than :data:`CORNER`.
 
     ``path``: table with the columns ``t,x,z`` (:func:`.read_table`): pseudo time, increasing, of which the first is
@@ -39,8 +95,8 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     L*.  ``unit``: L*, m.  ``log``: where the table has other columns, another unit or frame, or noise.  Raises
     InvalidInputError: not such a table, or a path that a strip of this length cannot follow; the message names the row.
     """
-    path = Path(path)
-    table = read_table("path", path, HEADER, (2, MAX_ROWS), log.columns)
+    path, log = Path(path), log or LogFormat()
+    table = read_table("path", path, HEADER, (2, MAX_ROWS), log.names)
     stated = {name for name in table.units[1:] if name}
     if log.unit and stated - {log.unit}:
         raise InvalidInputError("unit", log.unit, f"{' and '.join(stated)}, as the header says", "leave it out")
@@ -136,6 +192,49 @@ def _check_rows(positions: Array, length: float, unit: float, place: Callable[[i
     beyond[0] = False
     allowed = f"within {length * unit:g} m, the strip's length, of the held end at ({half * unit:g}, 0) m"
     refuse(beyond, "path", in_metres, allowed)
+
+
+def smoothed(positions: Array, tolerance: float) -> tuple[Array, Mask]:
+    """Rows without their noise, and those of them that a path needs.
+
+    A smoothing spline over the rows' numbers, as stiff as the tolerance lets it be; then points of it at least the
+    tolerance apart, as a gripper at rest wanders.
+
+    ``positions``: shape (n, 2); ``tolerance``: largest distance of the path from a row, in the unit of ``positions``.
+
+    Returns positions, shape (n, 2), and which of them to keep, shape (n,).
+    """
+    if len(positions) < FEWEST:
+        return positions, np.ones(len(positions), dtype=bool)
+    from scipy.interpolate import make_smoothing_spline
+
+    numbers = np.arange(len(positions), dtype=float)
+
+    def fitted(exponent: float) -> Array:
+        return np.asarray(make_smoothing_spline(numbers, positions, lam=10.0**exponent)(numbers))
+
+    low, high, best = -4.0, STIFFEST, positions
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        found = fitted(middle)
+        if np.linalg.norm(found - positions, axis=1).max() <= tolerance:
+            low, best = middle, found
+        else:
+            high = middle
+    return best, _apart(best, tolerance)
+
+
+def _apart(positions: Array, distance: float) -> Mask:
+    """The first and last position, and those between that are this far from the one kept before."""
+    keep, last = np.zeros(len(positions), dtype=bool), 0
+    keep[[0, -1]] = True
+    for number in range(1, len(positions) - 1):
+        if np.linalg.norm(positions[number] - positions[last]) >= distance:
+            keep[number], last = True, number
+    # None just before the last.
+    if last and np.linalg.norm(positions[-1] - positions[last]) < distance:
+        keep[last] = False
+    return keep
 
 
 def rows(path: GripperPath, spacing: float) -> Array:

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
 
-from stripfold.ask.inputs import Air, MovingModel, Stiffness
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
+from stripfold.base.quantities import Air, MovingModel, Stiffness
 from stripfold.base.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, value_meant, within
 
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}

@@ -1,0 +1,494 @@
+"""A gripper path assessed: critical points, falls, touch, fold and forces, in SI, and how they depend on the mesh."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, fields
+from functools import partial
+from math import isfinite, isnan, nan
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+
+from stripfold.ask.collapse_record import in_solver_units
+from stripfold.ask.inputs import PathInputs, Release
+from stripfold.ask.second_on_path import SecondOnPath, second_on_path
+from stripfold.ask.select_model import COARSER
+from stripfold.base.arguments import checked, file_name
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError, SolveError
+from stripfold.base.material import Material
+from stripfold.elastica import folded_loop
+from stripfold.files import schema
+from stripfold.files.reporting import Progress, Result, Rows, metres
+from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.fall import Fall, assess_strip
+from stripfold.follow.memory import STEP, effects_of, load_path
+from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
+from stripfold.follow.statics import StripModel, remeshed
+from stripfold.follow.time import follow_in_time
+from stripfold.follow.track import (
+    BUMP,
+    StripState,
+    Track,
+    first_landing,
+    lying_length,
+    peak_forces,
+    peak_push,
+    peak_speed,
+    shape_error,
+    size_of_fall,
+)
+from stripfold.paths import FoldPath
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.rpath import HalfFold, half_fold
+from stripfold.paths.table import largest_miss
+from stripfold.solve.dynamics import TimeState
+from stripfold.strip.hysteresis import YIELD_CURVATURE
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+NODES = 201
+"""Nodes along the strip at which states on a path are stored: their own meshes differ."""
+NOT_FOLLOWED = "not followed: the statics end here"
+OTHER_MESH = f"with elements {COARSER:g} times as long"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PathAssessment(Result):
+    """A gripper path assessed for a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
+
+    Source: the paper's section IV; docs/physics.md, sections 5, 8 and 9.
+
+    Attributes
+    ----------
+    stable
+        Whether the strip follows all of the path.
+    critical
+        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the last ``row`` before it of a path from a
+        file, the ``angle`` with the stability boundary in degrees, and how large the event is: ``drop``, the largest
+        height that a point of the strip loses, m, the ``energy`` freed, J per m of width, and the largest ``speed`` of
+        a point, m/s; nan without a fall.  ``outcome`` says in words what the strip did; ``change`` is by how much
+        farther along the path it lies on another mesh, m; nan where that mesh has none.
+    touch_x, planned_touch_x, touch_error
+        Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
+        difference.  The fold line is at x = 0, for a half fold.
+    landing_x
+        Where the folded state lands.
+    shape_error
+        Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
+    folded, end_error
+        Whether the last state is the folded one: the path is at its end, the strip's end within 5 mm and 5 % of the
+        length of its place, and all of the strip within the height of a fold, 0.907 L*, of its own.  ``end_error`` is
+        the distance of the end from its place.
+    lying_length
+        Length that lies from the held end in the last state.
+    peak_force, peak_hold
+        Largest force of the gripper, and horizontal force of the held end, in the static states.
+    peak_push, push_z
+        Largest push of the gripper on what lies, and its height then; 0 and nan without one.
+    bump
+        Height of a bump that would grow under this push, of small slopes: in the flat strip that is followed there is
+        none.  A height of more than L* says no more than that no lower one grows; nan without a push.
+    completed
+        Whether the path was followed to its end.
+    contact
+        "moving" where the ends of the contact were unknowns in all static states, "nodal" where the contact was found
+        node by node in some.
+    failure
+        Why the fall, or what comes after it, could not be followed; empty where it could or was not asked for.
+    second_gripper
+        How far the strip follows with a second gripper; None where none is asked for or there is no critical point.
+    touch_change, mesh_dependence
+        By how much farther the first touch lies on another mesh, with elements half as long again; and in words what
+        else is different there, empty where the verdict is the same.  A motion in time is of one mesh.
+    path, asked, seconds
+        The path, the other inputs, and the run time.
+    states, falls
+        The states followed, static or in time, in L*, each with the problem that it solves; and the falls between them,
+        each with the number of states before it.
+    """
+
+    stable: bool
+    critical: tuple[Mapping[str, Any], ...]
+    touch_x: float
+    planned_touch_x: float
+    touch_error: float
+    landing_x: float
+    shape_error: float
+    lying_length: float
+    peak_force: float
+    peak_hold: float
+    peak_push: float
+    push_z: float
+    bump: float
+    folded: bool
+    end_error: float
+    completed: bool
+    contact: str
+    failure: str
+    touch_change: float
+    mesh_dependence: str
+    seconds: float
+    second_gripper: SecondOnPath | None
+    path: FoldPath
+    asked: PathInputs
+    states: tuple[StripState, ...] = field(repr=False)
+    falls: tuple[tuple[int, tuple[StripState, ...]], ...] = field(repr=False)
+    title = "a gripper path assessed"
+    shown = ("stable", "folded", "touch_x", "touch_error")
+
+    def rows(self) -> Rows:
+        return [
+            ("stable", "yes" if self.stable else "no"),
+            *(row for event in self.critical for row in self._event_rows(event)),
+            ("folded", self._folded()),
+            *([("failed", self.failure)] if self.failure else []),
+            ("first touch", metres(self.touch_x, "x, origin mid-strip")),
+            ("  planned", metres(self.planned_touch_x, "x of the first touch of the accurate fold, an R-path's")),
+            ("  error", metres(self.touch_error, "beyond it" if self.touch_error > 0.0 else "short of it")),
+            ("landing", metres(self.landing_x, "x where the folded state lands")),
+            ("shape error", metres(self.shape_error, "largest distance of the last state from the folded one")),
+            ("lying", metres(self.lying_length, "length from the held end in the last state")),
+            ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
+            ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
+            ("peak push", self._push()),
+            ("completed", self._completed()),
+            *([] if self.asked.second_gripper is None else self._second_rows(self.second_gripper)),
+            ("mesh", self._mesh()),
+            ("time", f"{self.seconds:.1f} s"),
+        ]
+
+    def _mesh(self) -> str:
+        """What another mesh says."""
+        if self.mesh_dependence:
+            return f"the verdict depends on it: {self.mesh_dependence}"
+        far = max((abs(event["change"]) for event in self.critical if isfinite(event["change"])), default=0.0)
+        points = f"; critical points within {far:.2g} m" if self.critical else ""
+        touch = f"; first touch within {abs(self.touch_change):.2g} m" if isfinite(self.touch_change) else ""
+        return f"{OTHER_MESH} the verdict is the same{points}{touch}"
+
+    @staticmethod
+    def _second_rows(second: SecondOnPath | None) -> Rows:
+        if second is None:
+            return [("2nd gripper", "none is needed: a rod follows the path without a critical point")]
+        taken = f"at t = {second.t:.4g}, x = {second.x:.4g} m, z = {second.z:.4g} m"
+        end = f"t = {second.end_t:.4g}, gripper at x = {second.end_x:.4g} m, z = {second.end_z:.4g} m"
+        return [
+            ("2nd gripper", metres(second.s, f"along the strip from the first, taken {taken}")),
+            ("  snap", f"{'yes' if second.snap else 'no'}: {second.reason}"),
+            ("  stable to", f"{end}, {second.gain:.4g} m farther than with one gripper"),
+        ]
+
+    @staticmethod
+    def _event_rows(event: Mapping[str, Any]) -> Rows:
+        row, after = (f"row {event['row']}, ", " after the first") if event["row"] else ("", "")
+        place = f"{row}t = {event['t']:.4g}{after}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+        size = ""
+        if isfinite(event["drop"]):
+            size = f"; {event['drop']:.3g} m down, {event['energy']:.3g} J/m freed, up to {event['speed']:.3g} m/s"
+        return [("critical", f"{place}: {event['kind']}"), ("  there", f"{event['outcome']}{size}")]
+
+    def _folded(self) -> str:
+        place = f"the end is {1e3 * self.end_error:.1f} mm from its place"
+        if isfinite(self.shape_error) and not self.folded:
+            return f"no: the strip is {1e3 * self.shape_error:.1f} mm from its folded state, {place}"
+        if isnan(self.landing_x):
+            return f"no: no folded state is known of a strip of this length; {place}"
+        return f"{'yes' if self.folded else 'no'}: {place}"
+
+    def _push(self) -> str:
+        """The push on what lies, and the bump that would grow under it."""
+        if not self.peak_push:
+            return "none"
+        unit = self.asked.gravity_length
+        bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it"
+        if self.bump > unit:
+            bump = f"no bump lower than {1e3 * unit:.2g} mm grows under it"
+        return f"{self.peak_push:.4g} N/m  (on what lies, gripper {1e3 * self.push_z:.1f} mm high; {bump})"
+
+    def _completed(self) -> str:
+        if self.completed:
+            return "yes"
+        if self.failure:
+            return "no: what follows the last state could not be computed"
+        return "no: the statics end at the critical point" if self.critical and not self.asked.fall else "no"
+
+    def to_dict(self) -> dict[str, Any]:
+        left_out = ("second_gripper", "path", "asked", "states", "falls")
+        values = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in left_out}
+        second = {} if self.second_gripper is None else {"second_gripper": asdict(self.second_gripper)}
+        return values | {"critical": [dict(event) for event in self.critical]} | second
+
+    def to_dataset(self) -> xr.Dataset:
+        """Numbers and states as variables, truth values and texts as attributes."""
+        found = {name: value for name, value in self.to_dict().items() if name != "seconds"}
+        values: dict[str, Any] = {name: ((), value) for name, value in found.items() if isinstance(value, float)}
+        states, unit = self._mid_surfaces(), self.asked.gravity_length
+        values |= {
+            "pseudo_time": ("state", [self.path.curve.pseudo_time(unit * point.lam) for _, point in self.states]),
+            "x": (("state", "node"), states[..., 0]),
+            "z": (("state", "node"), states[..., 1]),
+            "kind": ("event", [event["kind"] for event in self.critical]),
+        }
+        values |= {
+            f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
+            for key in ("t", "x", "z", "angle", "drop", "energy", "speed", "change")
+        }
+        if (second := self.second_gripper) is not None:
+            values |= {f"second_{key}": ((), float(getattr(second, key))) for key in ("s", "x", "z", "snap")}
+        flags = {name: int(value) for name, value in found.items() if isinstance(value, bool)}
+        return schema.dataset(values, flags | {name: said for name, said in found.items() if isinstance(said, str)})
+
+    def _mid_surfaces(self, states: Sequence[StripState] | None = None) -> Array:
+        """Shape (states, nodes, 2), m."""
+        unit = self.asked.gravity_length
+        arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
+        states = self.states if states is None else states
+        return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in states])
+
+    def plot(self) -> Figure:
+        """Draw the strip along the path; critical points are crosses, states after a fall green."""
+        from stripfold.draw.results import draw_strip
+
+        states = self._mid_surfaces()
+        before = self.falls[0][0] if self.falls else len(states)
+        parts = [
+            [states[i] for i in np.unique(np.linspace(first, last - 1, 12).astype(int))] if last > first else []
+            for first, last in ((0, before), (before, len(states)))
+        ]
+        marks = np.array([(event["x"], event["z"]) for event in self.critical]).reshape(-1, 2)
+        return draw_strip(parts[0], self.path.places[:, 1:], marks, parts[1])
+
+    @checked
+    def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
+        """Draw it as an MP4 film, with the falls that were followed."""
+        from stripfold.base.extras import require
+
+        require("vision")
+        from stripfold.draw import film, readers
+
+        ordered = [(SLOW if isinstance(state[1], TimeState) else BEFORE, state) for state in self.states]
+        if self.falls:
+            first = self.falls[0][0]
+            ordered[first:] = [(AFTER, state) for _, state in ordered[first:]]
+        for before, motion in reversed(self.falls):
+            ordered[before:before] = [(FALL, state) for state in motion]
+        phase, states = (list(part) for part in zip(*ordered, strict=True))
+        second = self.asked.material.scales["s"]
+        followed = readers.Followed(
+            phase=np.array(phase),
+            time=np.array([second * state.t if isinstance(state, TimeState) else nan for _, state in states]),
+            advance=self.asked.gravity_length * np.array([state.lam for _, state in states]),
+            states=self._mid_surfaces(states),
+        )
+        film.draw(followed, file_name("file", file), "way", progress=progress)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PathAssessment) and self.path == other.path and super().__eq__(other)
+
+    def config(self) -> dict[str, Any]:
+        return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}
+
+
+class Marks(NamedTuple):
+    """What two meshes are compared by: lengths travelled at the critical points, x of the first touch, any failure."""
+
+    travelled: tuple[float, ...]
+    touch: float
+    failed: bool = False
+
+    @classmethod
+    def of(cls, found: Track) -> Self:
+        """Read them from a track."""
+        return cls(tuple(event.travelled for event in found.events), found.touch_x, found.failure is not None)
+
+
+def assess(
+    asked: PathInputs,
+    path: FoldPath,
+    progress: Progress | None = None,
+    *,
+    yield_curvature: float | None = None,
+    refinement: float = 1.0,
+    compare: bool = True,
+) -> PathAssessment:
+    """Assess a path: with friction in steps, without along the branch; with friction between the layers in time, too.
+
+    ``yield_curvature``: kappa_y of the hysteresis, 1/m; 0.05 / L* where it is not given.  ``refinement``: factor on all
+    element lengths.  ``compare``: whether to follow the path on another mesh, too.
+
+    Raises InvalidInputError: bad input; SolveError: statics that could not be computed.  A fall or a motion that could
+    not be is said in ``failure``.
+    """
+    began, material, unit = perf_counter(), asked.material, asked.gravity_length
+    curve = path.curve.scaled(1.0 / unit)
+    strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
+    moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
+    coarser = COARSER * refinement
+    again: Callable[[], Track]
+    if asked.friction_moment is None and asked.pull is None:
+        fall = in_solver_units(Release(), material) if asked.fall else None
+        found = assess_strip(strip, curve, fall, refinement, progress)
+        again = partial(_again, found, strip, curve, fall, coarser)
+    else:
+        if asked.step is not None and not 0.0 < asked.step <= unit * curve.length:
+            allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
+            raise InvalidInputError("step", asked.step, allowed)
+        size = min(STEP, curve.length) if asked.step is None else asked.step / unit
+        law = ("pull", asked.pull * unit / material.gravity) if asked.pull is not None else ("hysteresis", moment)
+        effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
+        found = load_path(strip.contact_mesh(refinement, memory=True), curve, effects, size, progress)
+        again = partial(load_path, strip.contact_mesh(coarser, memory=True), curve, effects, size)
+    events, failure = _events(found, material), found.failure
+    here = Marks.of(found)
+    there = _on_another_mesh(again, progress) if compare else here
+    changes, touch_change, dependence = mesh_change(here, there)
+    if asked.layer_friction is not None:
+        if found.touch is not None:  # these statics know no friction between the layers
+            events = []
+        damping = in_solver_units(Release(), material).damping
+        try:
+            found = follow_in_time(
+                strip, curve, asked.layer_friction, moment, damping=damping, refinement=refinement, progress=progress
+            )
+        except SolveError as error:
+            failure = error
+        else:
+            touch_change = nan  # of the motion in time there is one run
+    second = None
+    if asked.second_gripper is not None:
+        second = second_on_path(material, asked.length, curve, asked.second_gripper)
+
+    folded_length = strip.length if path.fold_at is None else 2.0 * path.fold_at / unit
+    fold, fold_line = _fold(folded_length), 0.5 * (folded_length - strip.length)
+    planned, landing = (fold.first_touch, fold.landing) if fold else (nan, nan)
+    planned, landing = planned + fold_line, landing + fold_line
+    states = found.static or found.states
+    problem, last = states[-1]
+    completed = abs(last.lam - curve.length) < 1e-6
+    end = np.array([fold_line + folded_length / 2.0, 0.0])
+    end_error = float(np.linalg.norm(curve.position(last.lam) - end))
+    in_place = completed and end_error <= largest_miss(strip.length, unit)
+    distance = shape_error(problem, last, fold) if fold and in_place else nan
+    peak_force, peak_hold = peak_forces(states)
+    push, push_z = peak_push(states)
+    return PathAssessment(
+        stable=not events,
+        critical=tuple(
+            _event_in_si(event, curve, unit, change) for event, change in zip(events, changes, strict=False)
+        ),
+        touch_x=unit * found.touch_x,
+        planned_touch_x=unit * planned,
+        touch_error=unit * (found.touch_x - planned),
+        landing_x=unit * landing,
+        shape_error=unit * distance,
+        lying_length=unit * lying_length(problem, last),
+        peak_force=material.force_scale * peak_force,
+        peak_hold=material.force_scale * peak_hold,
+        peak_push=material.force_scale * push,
+        push_z=unit * push_z,
+        bump=unit * BUMP / push**2 if push else nan,
+        folded=bool(distance <= folded_loop().height),
+        end_error=unit * end_error,
+        completed=completed,
+        contact=found.contact,
+        failure="" if failure is None else material.in_si(" ".join(str(failure).split())),
+        touch_change=unit * touch_change,
+        mesh_dependence=material.in_si(dependence),
+        seconds=perf_counter() - began,
+        second_gripper=second,
+        path=path,
+        asked=asked,
+        states=states,
+        falls=_falls(found),
+    )
+
+
+def _events(found: Track, material: Material) -> list[dict[str, Any]]:
+    """Say what the strip did at each critical point, and how large the fall from there was, in SI."""
+    events, scales = [], material.scales
+    for number, event in enumerate(found.events):
+        given: dict[str, Any] = {"travelled": event.travelled, "kind": event.kind, "angle": event.angle}
+        given |= {"drop": nan, "energy": nan, "speed": nan, "outcome": NOT_FOLLOWED}
+        if number < len(found.falls):
+            part = found.falls[number]
+            motion = found.states[part]
+            drop, energy = size_of_fall(found.states[part.start - 1], motion)
+            given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy}
+            given |= {"speed": scales["m s-1"] * peak_speed(motion)}
+            given["outcome"] = "at rest without a touch" if first_landing(motion) is None else "fell to a touch"
+        elif number == len(found.falls) and found.failure is not None:
+            given["outcome"] = "the fall could not be followed to rest"
+        events.append(given)
+    return events
+
+
+def _falls(found: Track) -> tuple[tuple[int, tuple[StripState, ...]], ...]:
+    """Return the falls, each with the number of static states before it."""
+    static = [phase != FALL for phase in found.phases]
+    return tuple((sum(static[: part.start]), found.states[part]) for part in found.falls)
+
+
+def _event_in_si(event: Mapping[str, Any], path: GripperPath, unit: float, change: float) -> dict[str, Any]:
+    """Say where on the path a critical point is, and by how much it lies farther on another mesh."""
+    known = dict(event)
+    travelled = known.pop("travelled")
+    x, z = unit * path.position(travelled)
+    place = {"t": path.pseudo_time(travelled), "row": path.row(travelled), "x": float(x), "z": float(z)}
+    return place | known | {"change": unit * change}
+
+
+def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Track:
+    """Follow the path on another mesh, where it has a critical point from a step before the first event on."""
+    first, piece = None, 0
+    if found.events:
+        begin = min(event.travelled for event in (*found.events, found.touch) if event is not None) - STEPS.largest
+        near = [number for number, at in enumerate(found.points[found.parts[0]]) if at.point.lam < begin]
+        if near and isinstance(at := found.points[near[-1]], BranchPoint):
+            with suppress(SolveError):
+                first = remeshed(at, strip.contact_mesh(refinement))
+                piece = found.pieces[near[-1]]
+    return assess_strip(strip, path, fall, refinement, first=first, piece=piece)
+
+
+def _on_another_mesh(run: Callable[[], Track], progress: Progress | None) -> Marks | str:
+    """Follow the path on another mesh, or say why it could not be."""
+    if progress is not None:
+        progress("on another mesh")
+    try:
+        return Marks.of(run())
+    except SolveError as error:
+        return " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
+
+
+def mesh_change(found: Marks, other: Marks | str) -> tuple[tuple[float, ...], float, str]:
+    """Compare two meshes: how much farther each critical point and the touch lie, and in words what is not the same.
+
+    nan where one of them has none.  What follows a failure on one of them is no difference.
+    """
+    here, missing = found.travelled, (nan,) * len(found.travelled)
+    if isinstance(other, str):
+        return missing, nan, other
+    there = other.travelled
+    apart = [b - a for a, b in zip(here, there, strict=False)]
+    said = ""
+    if (len(here) > len(there) and not other.failed) or (len(there) > len(here) and not found.failed):
+        points = f"critical point{'s' * (len(there) != 1)}"
+        said = f"{OTHER_MESH} the strip has {len(there) or 'no'} {points}, not {len(here)}"
+    elif isnan(found.touch) != isnan(other.touch) and not (found.failed or other.failed):
+        said = f"{OTHER_MESH} the strip {'does not touch' if isnan(other.touch) else 'touches'}"
+    return (*apart, *missing)[: len(here)], other.touch - found.touch, said
+
+
+def _fold(length: float) -> HalfFold | None:
+    """Return the accurate fold of a strip of this length, L*; none of one too short or too long for it."""
+    try:
+        return half_fold(length)
+    except InvalidInputError:
+        return None

@@ -1,0 +1,41 @@
+"""Verification of stripfold: one file a study.
+
+A file says in its docstring what is compared with what.  ``run(...)`` computes it; its defaults are the scale of a
+reader's ``make all``, and ``workflow/config/release.yaml`` has that of a release.  ``NUMBERS`` are what the pages
+quote of it (:mod:`verification.numbers`), ``draw`` its figure where it has one.  Nothing imports this package: the
+workflow names its files.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+CHAPTERS = {
+    "Statics": (
+        "paper models order low_paths barrier second_gripper stability_map knocks variants eigenvalues explorer "
+        "branches"
+    ),
+    "Folding paths and friction": (
+        "schemes modes lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics "
+        "friction_margin fabric_laws textile_law layer_friction random_paths"
+    ),
+    "Recordings": (
+        "calibration centrelines strip_looks camera_bump markerless eta_pictures recordings_accuracy video_benchmark"
+    ),
+    "Accuracy and speed": (
+        "benchmark accuracy fall_accuracy estimates hard_cases effects profiling sweeps folding_plans peers"
+    ),
+}
+"""The studies by chapter of the page of numbers, separated by spaces."""
+STUDIES = tuple(name for names in CHAPTERS.values() for name in names.split())
+
+
+def file_of(study: str) -> Path:
+    """The file of a study."""
+    here = Path(__file__).parent
+    return next(p for p in (here / f"{study}.py", here / study / "__init__.py") if p.is_file())
+
+
+def title_of(study: str) -> str:
+    """The first line of its file's docstring."""
+    return file_of(study).read_text(encoding="utf-8").partition("\n")[0].strip('". ')

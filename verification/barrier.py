@@ -1,0 +1,221 @@
+"""The energy barrier between the stable and the unstable state of one gripper place, over the distance to lambda_c.
+
+On the elastica from the energies of both states and from the difference of their horizontal forces, whose integral
+over lambda it is; on the rod and the solid from their forces, and the coefficient of its law from their limit point.
+The energies of two states of the rod or the solid have different errors, as their elements differ.
+Lengths in L*, energies per width in rho_a g L*^2.  Source: docs/physics.md, section 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from math import isnan, nan, sqrt
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.ask.prediction import ElasticaPrediction, Snap, snap
+from stripfold.base.errors import SolveError
+from stripfold.elastica.barrier import BistableRange
+from stripfold.follow import contact_branch, contact_events
+from stripfold.follow.statics import StripModel
+from verification.common import Progress, dataset, grid
+from verification.numbers import Facts, Number
+
+MODELS = ("rod", "solid")
+POINTS = 5
+"""Gauss points of the integral of the forces."""
+
+
+def run(
+    heights: Sequence[float] = (1.7, 3.0, 7.0),
+    distances: Sequence[float] = (1e-05, 0.0001, 0.001, 0.0097, 0.072),
+    length_star: float = 20.0,
+    thickness: float = 0.0594,
+    refinement: float = 0.5,
+    range_heights: Sequence[float] = (
+        1.59,
+        1.6,
+        1.62,
+        1.65,
+        1.7,
+        1.8,
+        2.0,
+        2.3,
+        2.7,
+        3.2,
+        4.0,
+        5.0,
+        6.5,
+        8.0,
+        10.0,
+        13.0,
+        16.0,
+        20.0,
+    ),
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Barriers over ``gripper_height`` and ``distance``, nan where the unstable state's sag would be below the floor.
+
+    ``heights``: above the touch limit; ``distances``: lambda_c - lambda, each model's own; ``length_star``,
+    ``thickness``, ``refinement``: of the rod and the solid; ``range_heights``: heights at which only the bistable range
+    of the elastica is found.
+    """
+    ranges = [_range(z) for z in heights]
+    others = [_range(z) for z in range_heights]
+    of_elastica = np.array([[_of_elastica(found, distance) for distance in distances] for found in ranges])
+    strip = {"length_star": length_star, "thickness": thickness, "refinement": refinement}
+    case = partial(_of_model, length_star=length_star, thickness=thickness, refinement=refinement)
+    axes = {"model": MODELS, "gripper_height": heights, "distance": distances}
+    values = grid(case, ("model_barrier", "coefficients"), axes, threads, progress)
+    # The same at all distances.
+    coefficients = np.nanmax(values.pop("coefficients")[1], axis=-1)
+    return dataset(
+        values
+        | {
+            "barrier": (("gripper_height", "distance"), of_elastica[..., 0]),
+            "work": (("gripper_height", "distance"), of_elastica[..., 1]),
+            "model_coefficient": (("model", "gripper_height"), coefficients),
+        }
+        | _of_ranges("gripper_height", ranges)
+        | {f"range_{name}": content for name, content in _of_ranges("range_height", others).items()}
+        | {"range_height": ("range_height", list(range_heights))},
+        strip,
+    )
+
+
+@lru_cache(maxsize=64)
+def _range(z: float) -> BistableRange:
+    found = elastica.bistable_range(z)
+    if found is None:
+        raise SolveError(f"no snap at z = {z:g}")
+    return found
+
+
+def _of_ranges(dim: str, ranges: Sequence[BistableRange]) -> dict[str, tuple[str, list[float]]]:
+    """Coefficient, width, largest barrier and the speed that it stands for, over a dimension of heights."""
+    largest = [found.barrier(found.landing.advance) for found in ranges]
+    return {
+        "coefficient": (dim, [found.coefficient for found in ranges]),
+        "width": (dim, [found.width for found in ranges]),
+        "largest": (dim, largest),
+        "speed": (dim, [sqrt(2.0 * e / found.critical.length) for e, found in zip(largest, ranges, strict=True)]),
+    }
+
+
+def _of_elastica(found: BistableRange, distance: float) -> tuple[float, float]:
+    """The barrier as the difference of the energies, and as the integral of that of the forces."""
+    if distance > found.width:
+        return nan, nan
+    stable, unstable = found.pair(found.critical.advance - distance)
+
+    def opposing(short: float) -> float:
+        a, b = found.pair(found.critical.advance - short)
+        # The gripper's force in the direction of its advance is -F_x.
+        return b.force_x - a.force_x
+
+    return unstable.energy - stable.energy, _work(opposing, distance)
+
+
+def _work(opposing: Callable[[float], float], distance: float) -> float:
+    """The integral of a difference of forces, smooth in the root of the distance, from lambda_c to a distance."""
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    roots = 0.5 * sqrt(distance) * (points + 1.0)
+    return 0.5 * sqrt(distance) * sum(w * 2.0 * r * opposing(r**2) for w, r in zip(weights, roots, strict=True))
+
+
+def _of_model(
+    model: str, height: float, distance: float, length_star: float, thickness: float, refinement: float
+) -> dict[str, float]:
+    """The barrier of the rod or the solid where the elastica has one, and its law's coefficient.
+
+    Raises SolveError: no such pair of states.
+    """
+    found = _limit_point(model, height, length_star, thickness, refinement)
+
+    def opposing(short: float) -> float:
+        """The difference of the forces at a distance from lambda_c; nan where the sag is below the floor."""
+        forces = []
+        for sign, negatives in ((-1.0, 0), (1.0, 1)):
+            guess, _ = found.limit.beside(sign * sqrt(2.0 * short / -found.limit.bend.lam))
+            at = contact_branch.solved(found.problem, guess, found.lam - short, -sign)
+            if contact_events.clearance(at.problem, at.point.q)[0] < 0.0:
+                return nan
+            if at.point.negatives != negatives:
+                raise SolveError("not a stable and an unstable state", parameter=at.point.lam)
+            forces.append(float(at.point.state.force[at.problem.mesh.model.middle[0, 0]]))
+        return forces[0] - forces[1]
+
+    coefficient = of_limit_point(found)
+    if distance > _range(height).width or isnan(opposing(distance)):
+        return {"coefficients": coefficient}
+    return {"model_barrier": _work(opposing, distance), "coefficients": coefficient}
+
+
+@lru_cache(maxsize=16)
+def _limit_point(model: str, height: float, length_star: float, thickness: float, refinement: float) -> Snap:
+    return snap(StripModel(length_star, thickness, kind=model), ElasticaPrediction.at(height), refinement)
+
+
+def of_limit_point(found: Snap) -> float:
+    """The law's coefficient from the second derivative of lambda and the first of the gripper's force."""
+    limit = found.limit
+    problem, at = found.problem, limit.state
+    _, tangent, _ = problem.linearise(at.q, at.lam)
+    force = (tangent @ limit.tangent.q)[problem.mesh.model.middle[0, 0]]
+    return 4.0 * sqrt(2.0) / 3.0 * abs(float(force)) / sqrt(-limit.bend.lam)
+
+
+SHOWN = 3.0
+"""Height whose numbers are quoted, L*."""
+
+
+def facts(d: xr.Dataset) -> Facts:
+    """The law near the fold, its coefficient by several ways, and the end of the bistable range."""
+    one = d.sel(gripper_height=SHOWN)
+    least = d.distance.values.argmin()
+    law = d.coefficient * d.distance**1.5
+    models = d.model_coefficient.sel(gripper_height=SHOWN) / one.coefficient - 1.0
+    return {
+        "z": SHOWN,
+        "measured": one.barrier[least] / one.distance[least] ** 1.5,
+        "normal": one.coefficient,
+        "apart": np.abs(one.barrier / law.sel(gripper_height=SHOWN) - 1.0)[least],
+        "curved": np.abs(d.barrier / law - 1.0).max(),
+        "work": np.abs(d.work / d.barrier - 1.0).max(),
+        "rod": models.sel(model="rod"),
+        "solid": models.sel(model="solid"),
+        "models": np.abs(models).max(),
+        "lowest": d.coefficient.min(),
+        "highest": d.coefficient.max(),
+        "width": one.width,
+        "largest": one.largest,
+        "speed": one.speed,
+        "first_width": d.width[0],
+        "last_width": d.width[-1],
+        "first_z": d.gripper_height[0],
+        "last_z": d.gripper_height[-1],
+    }
+
+
+# fmt: off
+NUMBERS = {
+    facts: (
+        Number("barrier_coefficient", "measured", "1",
+            "within 1e-4 of the normal form; rod and solid within 1e-2; energy and work within 1e-6",
+            "energy between the stable and the unstable state at z = {z:g} L* over (lambda_c - lambda)^(3/2), rho_a g "
+            "L*^2 per width, elastica, at the smallest distance ({normal:.5g} by the normal form at the limit point, "
+            "{rod:+.1%} on the rod, {solid:+.1%} on the solid; {lowest:.3g} to {highest:.3g} at other heights); the "
+            "integral of the gripper's forces is the same energy to {work:.0e}, and the law holds to {curved:.1e} up "
+            "to the touch", lambda f: f.apart < 1e-4 and f.models < 1e-2 and f.work < 1e-6, digits=5),
+        Number("bistable_width", "width", "L*", "no criterion",
+            "distance below lambda_c at z = {z:g} L* up to which the strip has a second state, with the sag on the "
+            "floor ({first_width:.1e} L* at z = {first_z:g} L*, {last_width:.2g} L* at {last_z:g} L*); the barrier "
+            "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
+            "sqrt(g L*) of the free part", digits=4),
+    ),
+}
+# fmt: on

@@ -1,0 +1,154 @@
+"""The smallest eigenvalue of (K, M) along x and along the three folding paths down to zero, and the critical modes.
+
+Each branch is followed to its first critical point, and back from there in short steps, where the eigenvalue goes to
+zero.  On the rod: at the solid's limit point the eigenvalue is zero to the first order of its elements' length only,
+1e-3 g/L* on standard ones.  Lengths in L*, eigenvalues in g/L*.  Source: docs/physics.md, section 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from stripfold.base.errors import SolveError
+from stripfold.follow import contact_branch
+from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel, solve_height
+from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.problem import Point
+from tasks.assess_data import PATHS, path_of
+from verification.common import Progress, blank, dataset
+from verification.numbers import Facts, Number
+
+UNITS = {"degree": "angle"}
+
+ALONG_X = "x"
+OPTIONS = replace(STEPS, largest=0.2)
+BACK = replace(STEPS, first=0.003, largest=0.05)
+"""Steps back from the critical point."""
+NEAR = 0.3
+"""Arc length of the branch that is followed back."""
+SPACING = 0.05
+"""Of the places at which shapes are stored, L*."""
+
+
+def run(
+    height: float = 3.0,
+    length_star: float = 20.0,
+    thickness: float = 0.0594,
+    refinement: float = 0.5,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Eigenvalues over ``motion`` and ``step``, nan after the last, and the critical states and modes.
+
+    ``height``: of the gripper along x; ``length_star``, ``thickness``, ``refinement``: the rod.
+    """
+    strip = StripModel(length_star, thickness, kind="rod")
+    s = np.linspace(0.0, length_star, round(length_star / SPACING) + 1)
+    motions = (ALONG_X, *PATHS)
+    found = []
+    for name in motions:
+        if progress:
+            progress(name)
+        found.append(along_x(strip, height, refinement) if name == ALONG_X else along_path(strip, name, refinement))
+    most = max(len(points) for points, *_ in found)
+    values = {name: blank(len(motions), most) for name in ("distance", "eigenvalue_1", "eigenvalue_2")}
+    shapes, modes = [], []
+    for i, (points, critical, last, _) in enumerate(found):
+        for k, point in enumerate(points):
+            values["distance"][i, k] = critical.lam - point.lam
+            values["eigenvalue_1"][i, k], values["eigenvalue_2"][i, k] = point.eigenvalues[:2]
+        model, q = last.model, last.u
+        shapes.append(model.resampled_mid_surface(q, s))
+        modes.append(model.resampled_mid_surface(critical.mode, s) - model.resampled_mid_surface(0.0 * q, s))
+    shape, mode = np.array(shapes), np.array(modes)
+    # Of either sign: this one lets the strip fall.
+    mode *= -np.sign(mode[..., 1].sum(axis=1))[:, None, None] / np.abs(mode).max(axis=(1, 2), keepdims=True)
+    per_node = ("motion", "s")
+    return dataset(
+        {
+            "motion": ("motion", list(motions)),
+            "s": ("s", s),
+            **{name: (("motion", "step"), content) for name, content in values.items()},
+            "critical": ("motion", [critical.lam for _, critical, *_ in found]),
+            "angle": ("motion", [angle for *_, angle in found]),
+            **{name: (per_node, shape[..., i]) for i, name in enumerate("xz")},
+            **{f"mode_{name}": (per_node, mode[..., i]) for i, name in enumerate("xz")},
+        },
+        {"height": height, "length_star": length_star, "thickness": thickness, "refinement": refinement},
+        units=UNITS,
+    )
+
+
+Found = tuple[list[Point], CriticalPoint, BranchPoint, float]
+"""Stable points towards the critical point, it, its last stable state, and the angle to the boundary, degrees."""
+
+
+def along_x(strip: StripModel, height: float, refinement: float) -> Found:
+    """At constant height, from lambda_0 on; raises SolveError without a snap."""
+    run = solve_height(strip, height, refinement)
+    if run.critical is None:
+        raise SolveError(run.end.reason, parameter=run.lam)
+    points = [at.point for at in run.branch if at.point.lam < run.lam and at.point.negatives == 0]
+    return with_approach(points, run.critical, run.last, 90.0)
+
+
+def along_path(strip: StripModel, name: str, refinement: float) -> Found:
+    """Along one of the paper's paths; raises SolveError where no state is critical."""
+    found = assess_strip(strip, path_of(name, strip.length), None, refinement, options=OPTIONS)
+    if found.critical is None:
+        raise SolveError(f"no critical point on the {name} path")
+    points = [at.point for at in found.branch]
+    return with_approach(points, found.critical, found.last, found.events[0].angle)
+
+
+def with_approach(points: list[Point], critical: CriticalPoint, last: BranchPoint, angle: float) -> Found:
+    """With the points back from the critical one in place of those near it."""
+    at = contact_branch.solved(last.problem, critical.before.q, critical.before.lam, -1.0)
+    near = []
+    for item in contact_branch.follow(at, BACK, lambda _: [], through_contact=False):
+        assert isinstance(item, BranchPoint)
+        near.append(item.point)
+        if item.point.arc - at.point.arc > NEAR:
+            break
+    far = [point for point in points if point.lam < near[-1].lam]
+    return [*far, *near[::-1]], critical, at, angle
+
+
+NEAREST, FARTHEST = 1e-6, 3e-3
+"""Distances from the critical point between which the exponent of the eigenvalue is taken, L*."""
+
+
+def facts(d: xr.Dataset) -> Facts:
+    """How far the eigenvalue goes down, its exponent at the snaps, and the distance to the second one."""
+    rest, exponents = [], {}
+    for motion in d.motion.values:
+        one = d.sel(motion=motion).dropna("step", subset=["distance"])
+        distance, first = one.distance.values, one.eigenvalue_1.values
+        rest.append(abs(first[-1]) / one.eigenvalue_2.values[-1])
+        near = (distance > NEAREST) & (distance < FARTHEST)
+        exponents[motion] = np.polyfit(np.log(distance[near]), np.log(first[near]), 1)[0]
+    snaps = [value for motion, value in exponents.items() if motion != "r-path"]
+    return {
+        "rest": max(rest),
+        "snap": max(snaps, key=lambda value: abs(value - 0.5)),
+        "off": max(abs(value - 0.5) for value in snaps),
+        "motions": len(exponents),
+    }
+
+
+# fmt: off
+NUMBERS = {
+    facts: (
+        Number("eigenvalue_at_critical", "rest", "1", "< 1e-3, four motions",
+            "smallest eigenvalue of (K, M) at the last state before a critical point, over the second one: the largest "
+            "along x and along three paths, on the rod", lambda f: f.motions == 4),
+        Number("eigenvalue_exponent", "snap", "1", "1/2 within 0.02",
+            "exponent of the distance with which that eigenvalue goes to zero at a snap, farthest from 1/2 of three "
+            "motions", lambda f: f.off < 0.02, digits=4),
+    ),
+}
+# fmt: on

@@ -1,0 +1,297 @@
+"""Low paths: between which heights of the gripper a strip is carried over without a snap, and how it is laid down.
+
+Random strips on the rod follow the whole low path in statics, the first of those that the elastica says are stable on
+the solid and its finer mesh, too; a few follow it in time, with friction between the layers.  Lengths in L*, forces per
+width in rho_a g L*.
+Source: docs/low-path.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import product, takewhile
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stripfold import elastica
+from stripfold.base.arrays import Array
+from stripfold.follow.contact import columns_on_floor, touches
+from stripfold.follow.fall import Fall, ReleaseState, assess_strip, simulate_fall
+from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.time import dissipated, follow_in_time
+from stripfold.follow.track import BUMP, peak_forces, shape_error, size_of_fall
+from stripfold.paths.geometric import triangular
+from stripfold.paths.low_path import low
+from stripfold.paths.rpath import plan_r_path
+from stripfold.solve.schemes import Damping
+from verification.common import Progress, attempted, dataset, markdown_table, pooled
+from verification.numbers import Facts, Number, seed_of, share
+
+LENGTH, HEIGHT, THICKNESS = (8.0, 40.0), (0.3, 1.7), (0.02, 0.15)
+"""What is drawn, evenly."""
+SHARPEST = 0.25
+"""Largest thickness over the height: the curvature is up to 2.5 / height, and at larger strains the solid is no rod."""
+MESHES = {"rod": ("rod", 1.0), "solid": ("solid", 1.0), "finer": ("solid", 0.5)}
+"""Model and refinement of each run."""
+VALUES = ("grip", "hold", "slide", "error")
+TIME_NUMBERS = ("kinetic", "grip", "hold", "error", "dissipated")
+STABLE, LIMITED, FAILED, OMITTED = "stable", "limit point", "failed", ""
+FREE = 5.8
+"""Free length at the touch near the touch limit, L*; beside what lies it gives twice as much as its length."""
+CURVE = np.concatenate([np.geomspace(0.2, 0.95, 10), elastica.touch_limit() - np.geomspace(0.55, 1e-3, 12)])
+"""Heights of the elastica's curve, L*: closer to each other where it falls to zero."""
+MARGIN = 0.02
+"""Distance below the touch limit within which models and meshes may differ, L*."""
+STEP, NEAR = 0.05, 1e-3
+"""Largest step along a branch of the elastica, in arc length; change of the free length for a derivative, L*."""
+DAMPING = Damping(air=0.1, stiffness=0.06)
+"""Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
+
+
+def snap_energy(strip: StripModel, damping: Damping) -> float:
+    """Energy that the snap of a strip on its triangular path frees, rho_a g L*^2; nan where it lands without one.
+
+    Raises
+    ------
+    SolveError
+        The path or the fall cannot be followed.
+    """
+    found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
+    if found.critical is None:
+        return np.nan
+    motion = simulate_fall(ReleaseState.at(found.points[-1]), Fall(damping=damping))
+    return size_of_fall(found.states[-1], motion.states)[1]
+
+
+def run(
+    cases: int = 24,
+    compared: int = 4,
+    seed: int = 1,
+    length_star: float = 14.0,
+    thickness: float = 0.05,
+    heights: Sequence[float] = (0.6, 1.2),
+    coefficients: Sequence[float] = (0.0, 0.6),
+    moment: float = 0.02,
+    speed: float = 0.05,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """The first cases of the sequence that ``seed`` starts, and a strip in time.
+
+    ``cases``, ``compared``, ``seed``: random strips on the rod; those of them, inside the limits, that are on the
+    solid, too.  ``length_star``, ``thickness``: the strip in time.  ``heights``, ``coefficients``: its gripper's
+    heights, and coefficients of friction between the layers.  ``moment``, ``speed``: M_0 of its bending hysteresis,
+    rho_a g L*^2, and speed of its gripper, sqrt(g L*).
+
+    Dataset over ``case``; over ``mu`` and ``time_height``, with ``snap_energy``, what the snap of the same strip on the
+    triangular path sets free, and ``slow_kinetic`` at half the speed; and over ``curve``, the elastica at some heights.
+    """
+    curve = np.array(pooled(of_curve, CURVE.tolist(), threads))
+    of_time = partial(in_time, length=length_star, thickness=thickness, moment=moment)
+    wanted = [((mu, z), speed) for mu, z in product(coefficients, heights)]
+    wanted.append(((coefficients[0], heights[-1]), 0.5 * speed))
+    *timed, slow = pooled(of_time, wanted, threads, progress)
+    strips = [drawn(number, seed) for number in range(cases)]
+    lengths, drawn_heights, thicknesses = np.array(strips).T
+    stable = np.flatnonzero(within(lengths, drawn_heights, thicknesses, CURVE, curve[:, 0]))
+    on_solid = np.isin(range(cases), stable[:compared])
+    rows = pooled(case, list(zip(range(cases), strips, on_solid, strict=True)), threads, progress)
+    shape = (len(coefficients), len(heights))
+    values: dict[str, Any] = {name: ("case", [row[name] for row in rows]) for name in rows[0]}
+    values |= {
+        "curve_height": ("curve", CURVE),
+        "curve_compliance": ("curve", curve[:, 0]),
+        "curve_push": ("curve", curve[:, 1]),
+        "curve_bump": ("curve", BUMP / curve[:, 1] ** 2),
+        "mu": ("mu", list(coefficients)),
+        "time_height": ("time_height", list(heights)),
+        "slow_kinetic": ((), slow["kinetic"]),
+        "snap_energy": ((), snap_energy(StripModel(length_star, thickness, kind="rod"), DAMPING)),
+    }
+    for name in TIME_NUMBERS:
+        values[f"time_{name}"] = (("mu", "time_height"), np.reshape([row[name] for row in timed], shape))
+    attrs = {"seed": seed, "length_star": length_star, "thickness": thickness, "moment": moment, "speed": speed}
+    return dataset(values, attrs)
+
+
+def of_curve(height: float) -> tuple[float, float]:
+    """The elastica at a height: compliance up to which it is stable, and its largest push on what lies.
+
+    What lies gives by c F_x under the force F_x: the advance is lambda - c F_x.  The compliance is the largest c with
+    which that grows up to the touch, the least d lambda / d F_x where F_x grows.
+    """
+    touch = elastica.critical(height).state
+    states = takewhile(lambda state: state.clearance > 0.0, elastica.x_axis_branch(height, max_step=STEP))
+    advance, force = np.array([(state.advance, state.force_x) for state in states]).T
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(advance), np.diff(force)))])
+    slope, rate = np.gradient(advance, arc), np.gradient(force, arc)
+    before, after = (elastica.state_at(height, touch.length + change, touch) for change in (-NEAR, NEAR))
+    at_touch = (after.advance - before.advance) / (after.force_x - before.force_x)
+    return float(min(at_touch, *(slope / rate)[rate > 0.0])), -float(force.min())
+
+
+def compliance(length: Any, thickness: Any) -> Any:
+    """That of a strip of which all but the free part lies, 1 / (rho_a g); of arrays, too."""
+    return (length + FREE) * thickness**2 / 12.0
+
+
+def within(length: Array, height: Array, thickness: Array, curve: Array, borne: Array) -> NDArray[np.bool_]:
+    """Which strips the elastica finds stable, also :data:`MARGIN` higher; at heights ``curve`` it bears ``borne``."""
+    here, higher = (np.interp(height + more, curve, borne, right=0.0) for more in (0.0, MARGIN))
+    return np.asarray(compliance(length, thickness) < np.minimum(here, higher))
+
+
+def elastica_says(data: xr.Dataset) -> NDArray[np.bool_]:
+    """Which cases are :func:`within` the limits."""
+    curve = data["curve_height"].values, data["curve_compliance"].values
+    return within(data["length"].values, data["height"].values, data["thickness"].values, *curve)
+
+
+def drawn(number: int, seed: int) -> tuple[float, float, float]:
+    """Length, height and thickness of one case; each has a random stream of its own."""
+    draw = np.random.default_rng([seed, number])
+    length, height = float(draw.uniform(*LENGTH)), float(draw.uniform(*HEIGHT))
+    return length, height, float(draw.uniform(THICKNESS[0], min(THICKNESS[1], SHARPEST * height)))
+
+
+def case(asked: tuple[int, tuple[float, float, float], bool]) -> dict[str, Any]:
+    """One case, by its number, what :func:`drawn` gave, and whether it is on the solid, too."""
+    number, (length, height, h), on_solid = asked
+    row: dict[str, Any] = {"case": number, "length": length, "height": height, "thickness": h, "message": ""}
+    for name, (kind, refinement) in MESHES.items():
+        if name != "rod" and not on_solid:
+            row[name] = OMITTED
+            continue
+        found, message = attempted(partial(followed, StripModel(length, h, kind=kind), height, refinement))
+        row[name], numbers = found or (FAILED, dict.fromkeys(VALUES, np.nan))
+        row["message"] += message and f"{name}: {message}; "
+        row |= numbers if name == "rod" else {}
+    return row
+
+
+def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, dict[str, float]]:
+    """The outcome on the low path, and the numbers of a path to its end.
+
+    Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
+    """
+    found = assess_strip(strip, low(strip.length, height), refinement=refinement)
+    if not found.stable:
+        return LIMITED, dict.fromkeys(VALUES, np.nan)
+    grip, hold = peak_forces(found.states)
+    problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
+    place = problem.model.s[columns_on_floor(problem.model, point)][:1]
+    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
+    error = shape_error(*found.states[-1], plan_r_path(strip.length))
+    return STABLE, {"grip": grip, "hold": hold, "slide": float(rest - first), "error": error}
+
+
+def in_time(at: tuple[tuple[float, float], float], length: float, thickness: float, moment: float) -> dict[str, float]:
+    """One path in time, by its coefficient of friction and its height, and its speed, to rest at its end.
+
+    Raises SolveError, TimeStepError: it cannot be followed.
+    """
+    (mu, height), speed = at
+    strip = StripModel(length, thickness, kind="rod")
+    found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
+    grip, hold = peak_forces(found.states)
+    return {
+        "kinetic": max(state.energy.kinetic for state in found.moments),
+        "grip": grip,
+        "hold": hold,
+        "error": shape_error(*found.states[-1], plan_r_path(length)),
+        "dissipated": float(dissipated(found)[-1]),
+    }
+
+
+def markdown(data: xr.Dataset) -> str:
+    """The paths in time as a table in Markdown."""
+    header = "z", "mu", "kinetic energy", "gripper's force", "at the held end", "error of the fold", "taken by friction"
+    forms = (".3f", ".1f", ".1f", ".4f", ".2f")
+    rows = []
+    for height in data["time_height"].values:
+        for mu in data["mu"].values:
+            one = data.sel(time_height=height, mu=mu)
+            cells = [format(float(one[f"time_{n}"]), form) for n, form in zip(TIME_NUMBERS, forms, strict=True)]
+            rows.append([f"{height:g}", f"{mu:g}", *cells])
+    return markdown_table(header, rows)
+
+
+LOWEST = 0.7
+"""Heights below which the largest push is compared with that of the elastica, L*: its law there is 2.75 / z^2."""
+
+
+def facts(d: xr.Dataset) -> Facts:
+    outcomes = np.stack([d[mesh].values for mesh in MESHES])
+    inside, compared = elastica_says(d), outcomes[1] != OMITTED
+    limited, both = outcomes == LIMITED, inside & compared
+    above = d.height.values > float(d.curve_height.max())
+    below = ~inside & (d.height.values < float(d.curve_height[d.curve_compliance.values.argmax()]))
+    low = inside & (d.height.values < LOWEST)
+    push = (d.hold * d.height**2).values[low]
+    kinetic = float(d.time_kinetic.max(skipna=False) / d.snap_energy)
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "compared": compared.sum(),
+        "failed": np.sum(outcomes == FAILED),
+        "inside": inside.sum(),
+        "stable": share(outcomes[0][inside] == STABLE),
+        "margin": MARGIN,
+        "above": above.sum(),
+        "snapped": (limited[0] & above).sum(),
+        "below": below.sum(),
+        "squeezed": (limited[0] & below).sum(),
+        "compared_inside": both.sum(),
+        "agree": np.all(outcomes[:, both] == STABLE, axis=0).sum(),
+        "limited": limited[:, both].sum(),
+        "push": push.max() if push.size else np.nan,
+        "law": (d.curve_push * d.curve_height**2).values[d.curve_height.values < LOWEST].max(),
+        "lowest": LOWEST,
+        "slide": (d.slide / d.length).max(),
+        "kinetic": kinetic,
+        "least_kinetic": float(d.time_kinetic.min() / d.snap_energy),
+        "exponent": float(np.log2(d.time_kinetic[0, -1] / d.slow_kinetic)),
+        "speed": d.attrs["speed"],
+        "mu": d.mu.max(),
+        "moment": d.attrs["moment"],
+        "length": d.attrs["length_star"],
+        "error": d.time_error.max(skipna=False),
+        "grip": d.time_grip.max(),
+        "grip_without": d.time_grip.sel(mu=0.0).max(),
+    }
+
+
+# fmt: off
+NUMBERS = {
+    facts: (
+        Number("low_path_cases", "cases", "count", ">= 200",
+            "random low paths ({seed}) followed from the flat strip to the fold on the rod, the first {compared} that "
+            "the elastica says are stable on the solid and on elements half as long, too; {failed} runs ended in an "
+            "error", lambda f: f.failed == 0),
+        Number("low_path_stable", "stable", "1", ">= 1, of 100 or more",
+            "share without a limit point of the {inside} paths that the elastica with a lying part that gives says are "
+            "stable, {margin:g} L* or more below the touch limit; of the {above} that are above it {snapped} have one, "
+            "of the {below} that are too low {squeezed}", lambda f: f.inside >= 100, digits=4),
+        Number("low_path_agreement", "agree", "count", "all of 60 or more",
+            "of these on all three meshes, of {compared_inside}", lambda f: f.agree == f.compared_inside >= 60),
+        Number("low_path_limit_points", "limited", "count", "= 0, of 60 paths or more",
+            "limit points of these on any of the three meshes", lambda f: f.compared_inside >= 60),
+        Number("low_path_push", "push", "1", "within 10 % of the elastica's",
+            "largest push on what lies of these, times z^2, below a height of {lowest:g} L* ({law:.3f} on the "
+            "elastica); the layer that has come down slides by up to {slide:.2f} of the strip's length",
+            lambda f: abs(f.push / f.law - 1.0) < 0.1),
+        Number("low_path_kinetic", "kinetic", "1", "no criterion: the upper layer moves with the gripper",
+            "largest kinetic energy on a low path in time, gripper at {speed:g} sqrt(g L*), over the energy that the "
+            "snap of the same strip on the triangular path sets free, with coefficients of friction between the layers "
+            "of 0 to {mu:g} and M_0 = {moment:g} rho_a g L*^2, length {length:g} L*; {least_kinetic:.2f} at the best "
+            "height; it falls with the speed to the power {exponent:.1f}, a snap's does not"),
+        Number("fold_error_low", "error", "L*", "< 0.02 L*",
+            "largest distance of the finished fold of these from the accurate one; the gripper pulls with up to "
+            "{grip:.1f} rho_a g L* with friction, {grip_without:.1f} without"),
+    ),
+}
+# fmt: on

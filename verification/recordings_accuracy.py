@@ -1,0 +1,293 @@
+"""The accuracy of measured values of lambda, from many small synthetic recordings, each with its truth.
+
+The recordings are rendered, encoded and measured like any other.  The truth is from the kinetic energy of the motion
+itself: the detector (:mod:`stripfold.film.snap`), with its window and its robust speed, has no part in it.
+Where a strip moves by mechanics behind a slow gripper, eta_b by its motion is compared with the true one: with no
+friction described, and with its friction, to an error as of a bending test, and an eta_b that is wrong.
+Every fourth recording is of the second generator (:mod:`second_generator`), which brings its own truth.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stripfold.base.arrays import Array
+from stripfold.base.material import GRAVITY, Material
+from stripfold.film import eta_motion, measure, recording
+from stripfold.film.camera_motion import MOVED_BY
+from stripfold.film.eta_motion import MotionEtaB
+from stripfold.film.measurement import WARNING, Measurement, half_width
+from stripfold.film.recording import Entries, Recording
+from verification.common import Progress, attempted, pooled, table
+from verification.numbers import Facts, Number, seed_of, share
+from verification.recordings_chain import CHAIN, ChainCase, is_chain
+from verification.recordings_common import event_of, measure_with
+from verification.recordings_design import Case, case
+
+UNITS = {
+    "s": "clock_offset clock_sd clock_truth exposure rolling_shutter seconds_off",
+    "m-4 s2": "eta_b",
+    "m": "event finger occluder sd truth",
+    "m-1": "hairs",
+    "m s-1": "speed",
+}
+
+MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
+"""Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
+_NUMBERS = (
+    "event",
+    "truth",
+    "sd",
+    "ratio",
+    "speed",
+    "seconds_off",
+    "tracked",
+    "clock_offset",
+    "clock_truth",
+    "clock_sd",
+    "moment",
+    "fitted_moment",
+)
+ETA = "eta", "low", "high"
+"""eta_b by the motion and the ends of its interval, over the true one; "fitted_" before: with no friction described."""
+WRONG = 0.7, 1.4
+"""Described eta_b over the true one."""
+FRICTION_SD = 0.1
+"""Standard deviation of the described friction, as a share."""
+RHO_A = 0.2
+"""Described areal density, kg m^-2: friction over it matters."""
+
+
+def run(
+    cases: int = 12, seed: int = 1, dynamics: float = 0.25, threads: int = 1, progress: Progress | None = None
+) -> xr.Dataset:
+    """Render and measure the first cases of a design, see :func:`.recordings_design.case`; a dataset over ``case``."""
+    with tempfile.TemporaryDirectory() as folder:
+        # Before the processes start: two of them would render the same calibration.
+        cameras = {asked.camera: asked for asked in (_case(number, seed, dynamics) for number in range(cases))}
+        for asked in cameras.values():
+            attempted(partial(asked.write_calibration, Path(folder)))
+        one = partial(measured, seed=seed, dynamics=dynamics, calibrations=Path(folder))
+        rows = pooled(one, range(cases), threads, progress)
+    return table("case", rows, {"seed": seed, "dynamics": dynamics}, units=UNITS)
+
+
+def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dict[str, Any]:
+    """The case of this number, rendered and measured; ``calibrations`` is a folder that cases share."""
+    asked = _case(number, seed, dynamics)
+    numbers = *_NUMBERS, *ETA, *map("fitted_{}".format, ETA)
+    row = {"case": number, **dict.fromkeys(numbers, np.nan), "message": "", "flags": "", **asked.factors}
+    row |= {"generator": asked.generator, "sound": float(asked.sound), "moment": asked.moment}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "recording"
+        _, message = attempted(lambda: asked.write(folder, calibrations))
+        if message:
+            return row | {"outcome": NOT_MADE, "message": message}
+        found, message = attempted(lambda: measure_with(recording.read(folder), (calibrations, asked.camera)))
+        if found is None:
+            return row | {"outcome": REFUSED, "message": message}
+        if np.isfinite(asked.moment):
+            row |= _ratios("fitted_", found, asked)
+            told = _described(recording.read(folder), asked, np.random.default_rng([seed, number, 4]))
+            again, _ = attempted(partial(measure.evaluate, told, found.calibration, found.tracks))
+            row |= _ratios("", again, asked)
+        known = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+        onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else event_of(folder)
+    # What moves without mechanics has no shape of a strip.
+    expected = [eta_motion.doubted(found.eta_b)] if asked.generator == "shapes" else []
+    if found.clock is not None:
+        row |= {"clock_offset": found.clock.offset, "clock_truth": known["clock_offset"], "clock_sd": found.clock.sd}
+    return row | {
+        "outcome": MEASURED if found.snapped else BOUND,
+        "event": found.event,
+        "truth": truth,
+        "sd": found.sd,
+        "ratio": found.motion.ratio,
+        "speed": found.speed,
+        "seconds_off": found.event_time - onset,
+        "flags": "; ".join(str(flag) for flag in found.flags if flag.text not in expected),
+        "tracked": float(np.mean(found.tracks.score > 0.0)),
+    }
+
+
+def _described(told: Recording, asked: Case | ChainCase, random: np.random.Generator) -> Recording:
+    """The same recording with a wrong eta_b of the strip, and its friction as of a bending test."""
+    eta_b = asked.factors["eta_b"]
+    true = asked.moment * RHO_A * GRAVITY * Material(eta_b).gravity_length ** 2
+    strip = {"eta_b": eta_b * float(np.exp(random.uniform(*np.log(WRONG)))), "rho_a": RHO_A}
+    strip["friction_moment"] = true * float(np.exp(random.normal(0.0, FRICTION_SD)))
+    entries = told.entries.model_dump(mode="json", exclude_unset=True)
+    return Recording(told.folder, Entries.of(entries | {"strip": entries["strip"] | strip}))
+
+
+def _ratios(kind: str, found: Measurement | None, asked: Case | ChainCase) -> dict[str, float]:
+    """The numbers of :data:`ETA`, and M_0 where it is fitted; none where there is no eta_b."""
+    if found is None or not isinstance(found.eta_b, MotionEtaB):
+        return {}
+    values = found.eta_b.eta_b, found.eta_b.low, found.eta_b.high
+    ratios = {kind + name: value / asked.factors["eta_b"] for name, value in zip(ETA, values, strict=True)}
+    return ratios if found.eta_b.known else ratios | {"fitted_moment": found.eta_b.friction}
+
+
+def _case(number: int, seed: int, dynamics: float) -> Case | ChainCase:
+    return ChainCase(number, seed) if is_chain(number) else case(number, seed, dynamics)
+
+
+def error(data: xr.Dataset) -> Array:
+    """Measured minus true lambda of the measured cases, m, shape (n,)."""
+    chosen = data["outcome"].values == MEASURED
+    return np.asarray((data["event"] - data["truth"]).values[chosen], dtype=np.float64)
+
+
+def _eta_facts(d: xr.Dataset) -> Facts:
+    """eta_b by the motion, of films that begin as early as docs/measuring.md asks, and of the second generator's."""
+    found: Facts = {}
+    for kind in ("", "fitted_"):
+        eta, low, high = (d[kind + name].values for name in ETA)
+        known, inside = np.isfinite(eta), (low <= 1.0) & (high >= 1.0)
+        for of, mine in (("", d.generator.values != CHAIN), ("chain_", d.generator.values == CHAIN)):
+            used = known & mine
+            off = np.abs(eta[used] - 1.0) if used.any() else np.array([np.nan])
+            found |= {
+                f"{of}{kind}eta": np.median(off),
+                f"{of}{kind}eta_worst": off.max(),
+                f"{of}{kind}eta_share": share(inside[used]),
+                f"{of}{kind}eta_half": np.median((high - low)[used]) / 2.0 if used.any() else np.nan,
+                f"{of}{kind}eta_measured": used.sum(),
+                f"{of}eta_cases": np.sum(np.isfinite(d.moment.values) & mine),
+            }
+    excess = (d.fitted_moment - d.moment).values[d.generator.values != CHAIN]
+    return found | {"excess": np.median(excess[np.isfinite(excess)]) if np.isfinite(excess).any() else np.nan}
+
+
+def _clock_facts(d: xr.Dataset) -> Facts:
+    """How far the clocks' offset is off, ms, in all recordings whose clocks were synchronised."""
+    names = ("clock_offset", "clock_truth", "clock_sd")
+    found, truth, sd = (d[name].values[np.isfinite(d.clock_sd.values)] for name in names)
+    off = np.abs(found - truth)
+    return {
+        "clocks": off.size,
+        "clock_share": share(off <= half_width(0.95) * sd),
+        "clock_half": share(off <= half_width(0.5) * sd),
+        "clock_median": 1e3 * np.median(off) if off.size else np.nan,
+        "clock_rms": 1e3 * np.sqrt(np.mean(off**2)) if off.size else np.nan,
+    }
+
+
+def _by_generator(generator: Array, off: Array, inside: Array) -> str:
+    """The share of intervals that hold the truth and the root mean square error, mm, for each generator, in words."""
+    return "; ".join(
+        f"{name} {inside[mine].mean():.3f} of {mine.sum()}, {np.sqrt(np.mean(off[mine] ** 2)):.2f} mm"
+        for name in np.unique(generator)
+        for mine in [generator == name]
+    )
+
+
+WRONG_RECORDING = 1.0
+"""Error of lambda, outside the interval, from which a measured value is wrong, mm."""
+
+
+def facts(d: xr.Dataset) -> Facts:
+    """In mm; nan where nothing was measured, so that no criterion holds."""
+    outcome, off = d.outcome.values, 1e3 * error(d)
+    flags, sd, sound = (d[name].values[outcome == MEASURED] for name in ("flags", "sd", "sound"))
+    refused, sound = ~np.isin(outcome, (MEASURED, BOUND)), sound == 1.0
+    warned = np.array([WARNING in text for text in flags], dtype=bool)
+    inside = {level: np.abs(off) <= 1e3 * half_width(level) * sd for level in (0.5, 0.95)}
+    wrong = (np.abs(off) > WRONG_RECORDING) & ~inside[0.95]
+    some = off if off.size else np.array([np.nan])
+    median = np.median(some)
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "measured": off.size,
+        "share": share(inside[0.95]),
+        "half": share(inside[0.5]),
+        "share_error": np.sqrt(0.95 * 0.05 / max(off.size, 1)),
+        "half_error": np.sqrt(0.25 / max(off.size, 1)),
+        "median": median,
+        "mean": some.mean(),
+        "rms": np.sqrt(np.mean(some**2)),
+        "sd": 1.4826 * np.median(np.abs(some - median)),
+        "refused_share": share(refused),
+        "refused": refused.sum(),
+        "unseen": np.sum(outcome == BOUND),
+        "wrong": np.sum(wrong & ~warned),
+        "wrong_all": wrong.sum(),
+        "warned": share(warned[sound]),
+        "sound": sound.sum(),
+        "sound_rms": np.sqrt(np.mean(off[sound] ** 2)) if sound.any() else np.nan,
+        "sound_worst": np.abs(off[sound]).max() if sound.any() else np.nan,
+        "camera_moved": sum(MOVED_BY in text for text in (*d.flags.values, *d.message.values)),
+        "generators": _by_generator(d.generator.values[outcome == MEASURED], off, inside[0.95]),
+        **_clock_facts(d),
+        **_eta_facts(d),
+    }
+
+
+# fmt: off
+NUMBERS = {
+    facts: (
+        Number("lambda_coverage", "share", "1", "0.93 to 0.97, of 200 recordings or more",
+            "share of the 95 % intervals of lambda that contain the truth, {measured} measured of {cases} synthetic "
+            "recordings ({seed}); {refused} refused and {unseen} without a snap have no interval and do not count; by "
+            "generator, with the root mean square error: {generators}; binomial standard deviation of such a share "
+            "{share_error:.3f}",
+            lambda f: 0.93 <= f.share <= 0.97 and f.cases >= 200),
+        Number("lambda_coverage_50", "half", "1", "0.48 to 0.52, of 200 recordings or more",
+            "share of the 50 % intervals of lambda that contain the truth, {measured} measured ({seed}); binomial "
+            "standard deviation of such a share {half_error:.3f}",
+            lambda f: 0.48 <= f.half <= 0.52 and f.cases >= 200),
+        Number("clock_coverage", "clock_share", "1", "0.93 to 0.97, of 200 recordings or more",
+            "share of the 95 % intervals of the offset between robot log and video that contain the truth, "
+            "of {clocks} ({seed}); 50 % intervals {clock_half:.3f}; median error {clock_median:.1f} ms, "
+            "root mean square {clock_rms:.1f} ms",
+            lambda f: 0.93 <= f.clock_share <= 0.97 and f.cases >= 200),
+        Number("lambda_rms_clean", "sound_rms", "mm", "< 0.15 mm",
+            "root mean square error of lambda in the {sound} measured recordings that are filmed as docs/measuring.md "
+            "asks for ({seed}); largest {sound_worst:.2f} mm"),
+        Number("lambda_bias", "median", "mm", "absolute value < 0.1 mm",
+            "median error of lambda at the onset in the {measured} measured recordings; mean {mean:.2f} mm",
+            lambda f: abs(f.median) < 0.1),
+        Number("lambda_sd", "sd", "mm", "no criterion",
+            "standard deviation of that error, from its median absolute deviation; root mean square {rms:.2f} mm"),
+        Number("recordings_failed", "refused_share", "1", "<= 0.03",
+            "share of the {cases} synthetic recordings that end in an error; in {unseen} more no snap is seen"),
+        Number("recordings_flagged", "warned", "1", "<= 0.15",
+            "share with a warning of the {sound} measured recordings that are filmed as docs/measuring.md asks for "
+            "({seed})"),
+        Number("recordings_wrong", "wrong", "count", "= 0",
+            "measured lambda more than 1 mm off and outside its 95 % interval, without a warning, of {measured} "
+            "({seed})"),
+        Number("camera_false_alarms", "camera_moved", "count", "= 0, of 60 or more",
+            "recordings of the {cases}, none of whose cameras moves, that are said to be of one that does",
+            lambda f: f.camera_moved == 0 and f.cases >= 60),
+        Number("eta_motion_error", "eta", "1", "<= 0.03, of 30 recordings or more",
+            "median relative error of eta_b by the strip's motion before the snap, its friction described to 10 % and "
+            "its eta_b wrongly, {eta_measured} of {eta_cases} synthetic recordings with a slow gripper from 0.7 L* "
+            "before the limit on ({seed}); largest {eta_worst:.2%}; of {chain_eta_measured} of {chain_eta_cases} of "
+            "the second generator, which begin nearer to it, {chain_eta:.2%} and {chain_eta_worst:.2%}",
+            lambda f: f.eta <= 0.03 and f.eta_measured >= 30),
+        Number("eta_motion_error_fitted", "fitted_eta", "1", "<= 0.03, of 30 recordings or more",
+            "the same with no friction described, M_0 fitted beside eta_b, by the median {excess:.3f} rho_a g L*^2 too "
+            "large; largest {fitted_eta_worst:.2%}; second generator {chain_fitted_eta:.2%} and "
+            "{chain_fitted_eta_worst:.2%}",
+            lambda f: f.fitted_eta <= 0.03 and f.fitted_eta_measured >= 30),
+        Number("eta_motion_coverage", "eta_share", "1", ">= 0.9, of 30 recordings or more",
+            "share of the 95 % intervals of that eta_b that contain the truth, median half width {eta_half:.2%}; with "
+            "the friction fitted {fitted_eta_share:.2f} and {fitted_eta_half:.2%}; second generator "
+            "{chain_eta_share:.2f} and {chain_fitted_eta_share:.2f}",
+            lambda f: min(f.eta_share, f.fitted_eta_share) >= 0.9 and f.eta_measured >= 30),
+        Number("recordings_wrong_all", "wrong_all", "count", "no criterion",
+            "measured lambda more than 1 mm off and outside its 95 % interval, with a warning or without, of "
+            "{measured} ({seed})"),
+    ),
+}
+# fmt: on

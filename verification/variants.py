@@ -1,0 +1,380 @@
+"""What each choice of the model changes: the end of the advance along x, and the first touch on the triangular path.
+
+Poisson's ratio, the stretch, the width, the gripper's hinge and the pin that holds the strip, each changed alone.  The
+gripper is clamped by prescribing the rod's slope there.  A pin that gives moves with the horizontal force: along x
+its lambda_c is that of the elastica, whose branch is the same in the frame of the pin; on a path the gripper goes in
+that frame along the path less the pin's displacement, taken from the force on the path of the fixed pin.
+Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, section 12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import cos, inf, nan, pi, radians, sin, sqrt
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.optimize import brentq, minimize_scalar
+
+from stripfold import elastica
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import SolveError
+from stripfold.follow import contact_branch, contact_events
+from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
+from stripfold.follow.fall import Fall, ReleaseState, simulate_fall
+from stripfold.follow.statics import FIRST, LIMIT, StripModel, follow
+from stripfold.follow.track import End, grip_and_hold
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.geometric import triangular
+from stripfold.solve.continuation import Event
+from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, AlongX, Motion
+from verification.common import NO_RESULT, Progress, attempted, markdown_table, pooled, table
+from verification.numbers import Facts, Number
+
+FALL = Fall(to_rest=False)
+TURN = 0.1
+"""Largest step of the clamp's angle, rad."""
+EARLIER = 1.6
+"""Free length by which a state lies before the critical one of hinge and pin, and before those of the variants, L*."""
+PRESSED = 4.0
+"""Length travelled up to which a pin that gives is taken to move in proportion, L*."""
+
+
+def run(
+    height: float = 3.0,
+    length_star: float = 20.0,
+    thickness: float = 0.0594,
+    refinement: float = 0.5,
+    poisson: Sequence[float] = (0.3, 0.45),
+    eta_m: Sequence[float] = (4.0, 0.25, 0.01),
+    narrow: float = 0.3,
+    angles: Sequence[float] = (0.0, -45.0, -90.0, -120.0),
+    compliance: float = 0.1,
+    sliding: float = 0.1,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """End of the advance and first touch over ``variant``, and their differences from those of the variant's ``base``.
+
+    Parameters
+    ----------
+    height
+        Of the gripper along x.
+    length_star, thickness, refinement
+        The strip that is changed.
+    poisson
+        Poisson's ratios.
+    eta_m
+        Factors on the stretch at the same eta_b.
+    narrow
+        Poisson's ratio of a strip whose eta_b is that of plane strain, but which is as narrow as a beam.
+    angles
+        Of the strip at a clamp along x, degrees; on the path the clamp turns with the gripper.
+    compliance, sliding
+        Of a pin that is a spring, L* per force; force at which a pin slides.
+    """
+    strip = StripModel(length_star, thickness, kind="rod")
+    rod = Scene(strip, height, refinement)
+    solid = replace(rod, strip=replace(strip, kind="solid"))
+    usual = (end_along_x, touch_on_path)
+    ratio = (1.0 - narrow**2) ** (1.0 / 3.0)
+    as_beam = replace(rod.changed(length=length_star / ratio, thickness=thickness / ratio), height=height / ratio)
+    clamps = {angle: partial(clamped_along_x, angle=radians(angle)) for angle in angles}
+    gives = partial(giving_along_x, compliance=compliance), partial(giving_on_path, compliance=compliance)
+    cases = [
+        Case(ELASTICA, "", rod, of_elastica, touch_on_path),
+        Case(ROD, "", rod, *usual),
+        Case(SOLID, "", solid, *usual),
+        *(Case(f"Poisson's ratio {nu:g}", SOLID, solid.changed(nu=nu), *usual) for nu in poisson),
+        *(Case(f"eta_m times {by:g}", ROD, rod.changed(thickness=thickness * sqrt(by)), *usual) for by in eta_m),
+        Case(f"narrow strip, Poisson's ratio {narrow:g}: D is that of a beam", ROD, as_beam, *usual, ratio),
+        *(Case(f"gripper clamps the strip at {angle:g} degrees", ROD, rod, clamps[angle]) for angle in angles),
+        Case("gripper clamps the strip and turns evenly by 180 degrees", ROD, rod, None, clamped_on_path),
+        Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, rod, *gives),
+        Case(f"pin slides at {sliding:g} rho_a g L*", ELASTICA, rod, partial(sliding_along_x, force=sliding)),
+    ]
+    rows = dict(zip([case.name for case in cases], pooled(Case.found, cases, threads, progress), strict=True))
+    coarse, _ = attempted(partial(touch_on_path, replace(rod, refinement=2.0 * refinement)))
+    out = []
+    for case in cases:
+        row, base = rows[case.name], rows[case.base or case.name]
+        shifts = {f"{name}_shift": row[name] - base[name] for name in ("lambda_end", "touch")}
+        out.append({"variant": case.name, "base": case.base} | row | shifts)
+    attrs = {"height": height, "length_star": length_star, "thickness": thickness, "refinement": refinement}
+    attrs["touch_error"] = nan if coarse is None else abs(coarse - rows[ROD]["touch"])
+    return table("variant", out, attrs)
+
+
+ELASTICA, ROD, SOLID = "elastica", "rod", "solid"
+"""The variants that others are compared with: hinge and pin, no Poisson's ratio."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A strip, the height of its gripper along x, and the factor on the elements."""
+
+    strip: StripModel
+    height: float
+    refinement: float
+
+    def changed(self, **values: float) -> Scene:
+        """With another strip."""
+        return replace(self, strip=replace(self.strip, **values))  # type: ignore[arg-type]
+
+    @property
+    def mesh(self) -> Planned:
+        """Plans the elements."""
+        return self.strip.contact_mesh(self.refinement)
+
+    @property
+    def path(self) -> GripperPath:
+        """The triangular path."""
+        return triangular(self.strip.length)
+
+
+Advance = tuple[float, bool]
+"""lambda at the end of the advance, and whether the strip snaps there; else the sag touches."""
+
+
+class Case(NamedTuple):
+    """A variant: what finds the end of its advance and its first touch, if anything; ``ratio`` is their unit."""
+
+    name: str
+    base: str
+    scene: Scene
+    along_x: Callable[[Scene], Advance] | None = None
+    on_path: Callable[[Scene], float] | None = None
+    ratio: float = 1.0
+
+    def found(self) -> dict[str, Any]:
+        """The row of this variant."""
+        end, no_end = attempted(partial(self.along_x, self.scene)) if self.along_x else (None, "")
+        touch, no_touch = attempted(partial(self.on_path, self.scene)) if self.on_path else (None, "")
+        return {
+            "lambda_end": nan if end is None else self.ratio * end[0],
+            "snap": nan if end is None else float(end[1]),
+            "touch": nan if touch is None else self.ratio * touch,
+            NO_RESULT: no_end + no_touch,
+        }
+
+
+def markdown(data: xr.Dataset) -> str:
+    """The table of the differences."""
+
+    def shown(value: xr.DataArray) -> str:
+        return f"{float(value):+.4f}" if np.isfinite(value) else "-"
+
+    rows = []
+    for name in data["variant"].values[data["base"].values != ""]:
+        one = data.sel(variant=name)
+        laid = ", no snap: the sag touches" if one["snap"] == 0.0 else ""
+        rows.append((name, f"{shown(one['lambda_end_shift'])}{laid}", shown(one["touch_shift"])))
+    return markdown_table(("changed", "end of the advance / L*", "first touch / L*"), rows).replace("L*", r"L\*")
+
+
+@dataclass(frozen=True)
+class Clamped:
+    """A motion whose gripper also prescribes the rod's slope: its angle is a linear function of lambda.
+
+    ``angle`` is that of the direction towards the held end at lambda = 0, rad, and ``turn`` its derivative.
+    """
+
+    motion: AlongX | AlongPath
+    angle: float
+    turn: float = 0.0
+
+    def grasped(self, model: Model) -> Index:
+        # After the displacement of a node come the unknowns of its slope.
+        return np.concatenate([self.motion.grasped(model), model.middle[0] + 2])
+
+    def values(self, lam: float) -> Array:
+        angle = self.angle + self.turn * lam
+        return np.concatenate([self.motion.values(lam), [cos(angle) - 1.0, sin(angle)]])
+
+    def rates(self, lam: float) -> Array:
+        angle = self.angle + self.turn * lam
+        return np.concatenate([self.motion.rates(lam), [-self.turn * sin(angle), self.turn * cos(angle)]])
+
+
+def end_along_x(scene: Scene) -> Advance:
+    """With hinge and pin."""
+    run = end_of_advance(scene.strip, ElasticaPrediction.at(scene.height), scene.refinement)
+    return run.lam, run.end is End.SNAP
+
+
+def touch_on_path(scene: Scene) -> float:
+    """x of the first touch on the triangular path, after a fall from the critical point, with hinge and pin."""
+    return _touch_on(scene, scene.path)[0]
+
+
+def _touch_on(scene: Scene, path: GripperPath) -> tuple[float, float]:
+    """x of the first touch on a path, and the length travelled at its critical point."""
+    segment = follow(scene.mesh, path, scene.strip.length)
+    if segment.critical is None:
+        raise SolveError("no critical point on the path", parameter=path.length)
+    return _touch(scene, segment.last), segment.critical.lam
+
+
+def _touch(scene: Scene, critical: BranchPoint) -> float:
+    return simulate_fall(ReleaseState.at(critical, scene.refinement), FALL).touch_x
+
+
+def clamped_along_x(scene: Scene, angle: float) -> Advance:
+    """The end of the advance of a rod whose slope at the gripper has this angle, rad."""
+    last, along_x = elastica.critical(scene.height).state, AlongX(scene.height)
+    near = elastica.state_at(scene.height, last.length - EARLIER, last)
+    at = contact_branch.from_elastica(scene.mesh, along_x, near.advance, near)
+    slope = at.u[at.model.middle[0] + 2]
+    now = float(np.arctan2(slope[1], 1.0 + slope[0]))
+    for step in np.linspace(now, angle, 2 + int(abs(angle - now) / TURN)):
+        at = _moved_by(at, Clamped(along_x, float(step)))
+    end = _followed(at)
+    assert isinstance(end, BranchCrossing)
+    return end.before.point.lam, end.event is LIMIT
+
+
+def clamped_on_path(scene: Scene) -> float:
+    """x of the first touch of a rod whose gripper turns evenly from 0 to 180 degrees along the triangular path."""
+    path = scene.path
+    along = [AlongPath(piece, scene.strip.length) for piece in path.pieces]
+    at = contact_branch.from_flat(scene.mesh, along[0], FIRST)
+    for motion, piece in zip(along, path.pieces, strict=True):
+        at = _moved_by(at, Clamped(motion, 0.0, -pi / path.length))
+        item = _followed(at, piece.end)
+        if isinstance(item, BranchPoint):
+            at = item
+        elif item.event is LIMIT:
+            return _touch(scene, item.before)
+        else:
+            raise SolveError(item.event.name, parameter=item.before.point.lam)
+    raise SolveError("no critical point on the path", parameter=path.length)
+
+
+def _moved_by(at: BranchPoint, motion: Clamped) -> BranchPoint:
+    """A state with another motion of its gripper."""
+    problem = MovingContact(at.problem.mesh, cast("Motion", motion))
+    return contact_branch.solved(problem, at.point.q, at.point.lam)
+
+
+def _followed(at: BranchPoint, end: float = inf) -> BranchPoint | BranchCrossing:
+    """The last point of a branch up to lambda = ``end``, or what ends it before."""
+
+    def stops(problem: MovingContact) -> list[Event]:
+        return [contact_events.touch(problem), LIMIT]
+
+    for item in contact_branch.follow(at, STEPS, stops, through_contact=False, end=end):
+        if isinstance(item, BranchCrossing):
+            return item
+        at = item
+    return at
+
+
+def of_elastica(scene: Scene) -> Advance:
+    """With hinge and pin, infinitely thin."""
+    found = elastica.critical(scene.height)
+    return found.state.advance, found.snap
+
+
+def giving_along_x(scene: Scene, compliance: float) -> Advance:
+    """The critical point of the elastica with a pin that is a spring of this compliance.
+
+    Under the tension F_x the pin moves by compliance * F_x towards the gripper, whose advance is less by as much.
+    """
+    height, last = scene.height, elastica.critical(scene.height).state
+
+    def loss(length: float) -> float:
+        state = elastica.state_at(height, length, last)
+        return compliance * state.force_x - state.advance
+
+    bounds = last.length - EARLIER, last.length
+    found = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": 1e-7})
+    return -float(found.fun), True
+
+
+def sliding_along_x(scene: Scene, force: float) -> Advance:
+    """The critical point of the elastica with a pin that slides under a tension, less than that of the critical state.
+
+    From there on the force cannot rise with the advance, as it does in equilibrium: the strip snaps.
+    """
+    height, last = scene.height, elastica.critical(scene.height).state
+
+    def over(length: float) -> float:
+        return elastica.state_at(height, length, last).force_x - force
+
+    length = brentq(over, last.length - EARLIER, last.length, xtol=1e-12)
+    return elastica.state_at(height, length, last).advance, True
+
+
+def giving_on_path(scene: Scene, compliance: float) -> float:
+    """x of the first touch on that path with a pin that is a spring, in the frame of the ground."""
+    path = scene.path
+    states = follow(scene.mesh, path, scene.strip.length).states
+    reaction = {0.0: 0.0}
+    # The first bit of the path, at 45 degrees, presses the flat strip on the pin; later the loop takes that up.
+    reaction |= {state[1].lam: grip_and_hold(*state)[1] for state in states if state[1].lam > PRESSED}
+    # Against the pin's reaction it moves; behind the critical point it stays.
+    reaction[2.0 * path.length] = reaction[states[-1][1].lam]
+    moves = make_interp_spline(list(reaction), -compliance * np.array(list(reaction.values())), k=1)
+    pieces = tuple(Less(piece.start, piece.end, piece.name, piece, moves) for piece in path.pieces)
+    touch_x, lam = _touch_on(scene, GripperPath("relative", pieces))
+    return touch_x + float(moves(lam))
+
+
+@dataclass(frozen=True, eq=False)
+class Less(Piece):
+    """The piece ``of`` a path less the horizontal displacement ``moves``, a function of the length travelled."""
+
+    of: Piece
+    moves: BSpline
+
+    def position(self, s: float) -> Array:
+        return self.of.position(s) - np.array([float(self.moves(s)), 0.0])
+
+    def rate(self, s: float) -> Array:
+        return self.of.rate(s) - np.array([float(self.moves(s, 1)), 0.0])
+
+
+def facts(d: xr.Dataset) -> Facts:
+    """Changes of the end of the advance by kind of variant."""
+    names = d.variant.values.astype(str)
+    shift = np.abs(d.lambda_end_shift.values)
+
+    def of(*words: str) -> np.ndarray:
+        return np.array([any(word in name for word in words) for name in names])
+
+    def largest(*words: str) -> float:
+        return float(np.nanmax(shift[of(*words)]))
+
+    clamped = of("clamps") & np.isfinite(shift)
+    return {
+        "count": (d.base.values != "").sum(),
+        "z": d.attrs["height"],
+        "poisson": float(np.nanmax(shift[of("Poisson") & ~of("narrow")])),
+        "stretch": largest("eta_m"),
+        "narrow": largest("narrow"),
+        "pin": largest("pin "),
+        "clamp": largest("clamps"),
+        "angles": clamped.sum(),
+        "touching": (d.snap.values[clamped] == 0.0).sum(),
+    }
+
+
+# fmt: off
+NUMBERS = {
+    facts: (
+        Number("variant_poisson", "poisson", "L*", "< 0.005 L*",
+            "largest change of lambda_c at z = {z:g} L* by Poisson's ratio at the same eta_b; by eta_m {stretch:.2g} "
+            "L*, by the width up to {narrow:.2g} L*, by a pin that gives or slides up to {pin:.2g} L*"),
+        Number("variant_clamp", "clamp", "L*", "no criterion",
+            "largest change of the end of the advance by a clamp in place of the gripper's hinge; at {touching} of "
+            "{angles} angles the sag touches before lambda has a maximum"),
+    ),
+}
+# fmt: on
