@@ -23,7 +23,6 @@ localrules:
     friction_table,
     master_curve,
     plans,
-    printed_law,
     recordings,
     release,
     studies,
@@ -46,7 +45,6 @@ rule all:
     default_target: True
     input:
         rules.critical_points.output,
-        rules.printed_law.output,
         rules.collapse.output,
         rules.plans.output,
         rules.film.output,

@@ -97,8 +97,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path, write: str) 
         f"cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=lambda *_: {write})\n"
         f"sys.exit(cli.main({STRIP!r}))"
     )
-    path = os.pathsep.join([str(Path(__file__).parent), os.environ["PYTHONPATH"]])
-    environment = os.environ | {"PYTHONPATH": path}
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert (done.returncode, done.stdout, os.listdir(tmp_path)) == (2, "", []), done.stderr
     assert done.stderr.startswith("stripfold: error: out")

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import cli_commands
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.draw.save import save_as
@@ -68,11 +67,6 @@ def test_a_partial_fold_is_the_half_fold_of_a_shorter_strip(
 
 
 def test_an_r_path_says_on_which_side_to_plan(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Its numbers are those of the stored study: true eta_b over that of the plan."""
-    stored = store.read(Path(__file__).parents[1] / "results/studies/disturbed_rpath.nc")["touch_error"].sel(moment=0.0)
-    errors = dict(zip(stored["disturbance"].values, stored.values, strict=True))
-    assert pytest.approx(abs(errors["eta_b +5%"]), abs=5e-3) == cli_commands.TOO_LOW
-    assert pytest.approx(abs(errors["eta_b -5%"]), abs=5e-3) == cli_commands.TOO_HIGH
     assert main(["path", "r-path", *STRIP]) == 0
     said = capsys.readouterr().err
     assert "plan an R-path for the largest eta_b" in said
@@ -111,16 +105,6 @@ def test_a_path_and_a_critical_point_are_drawn(here: Path, capsys: pytest.Captur
     for name, result in drawn.items():
         save_as(result.plot(), here / f"by_{name}")
         assert (here / name).read_bytes() == (here / f"by_{name}").read_bytes()
-
-
-@pytest.mark.parametrize("length", [14.0, 20.0])
-def test_a_long_fall_of_a_thin_strip_keeps_the_verdict(length: float) -> None:
-    """On these R-paths the strip moves on by less than a millimetre; once that was no verdict but an error."""
-    strip = sf.Strip(length=length * UNIT, eta_b=3780.0, eta_m=1e-5)
-    found = strip.assess(sf.paths.r_path(strip), model="rod", fall=True)
-    assert not found.stable
-    assert found.critical[0]["kind"] == "bifurcation"
-    assert found.completed != bool(found.failure)
 
 
 @pytest.mark.parametrize(("error", "says"), [(1e-3, "beyond it"), (-1e-3, "short of it")])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.strip.reference import LAWS, c_of, green_lagrange, product, second_piola, second_piola_rate
+from stripfold.strip.reference import LAWS, c_of, product, second_piola, second_piola_rate
 from stripfold.strip.solid import Solid
 
 RNG = np.random.default_rng(7)
@@ -27,7 +27,12 @@ def first_piola(law: str, f: np.ndarray, w: dict[str, float]) -> np.ndarray:
 def rotation(degrees: float) -> np.ndarray:
     """Rotation matrix, as a field of one point."""
     a = np.radians(degrees)
-    return np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])[:, :, None]
+    return np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+
+
+def slopes(remainders: np.ndarray) -> np.ndarray:
+    """Observed orders between successive halvings of the step."""
+    return np.log2(remainders[:-1] / remainders[1:])
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3])
@@ -49,18 +54,6 @@ def test_a_rotation_leaves_no_stress(law, degrees):
     assert np.abs(first_piola(law, rotation(degrees), lame(1.7, 0.3))).max() < 2e-15
 
 
-@pytest.mark.parametrize(("degrees", "share"), [(0.0, 1.0), (45.0, 0.5), (90.0, 0.0)])
-def test_a_turn_after_a_stretch(degrees, share):
-    """docs/physics.md, section 2: 10 % stretch, nu = 0, unit Young's modulus, then a turn.
-
-    Truth by hand: St Venant-Kirchhoff S_11 = E_11 = 0.105 at every angle; the printed law
-    J lambda^-2 E_11 cos^2 = 0.0955 cos^2, that is 0.0955, 0.0477 and 0.
-    """
-    f, unit = rotation(degrees) * np.array([1.1, 1.0])[:, None], lame(1.0, 0.0)
-    assert second_piola(f, unit, "svk")[0, 0] == pytest.approx(0.105, abs=1e-14)
-    assert second_piola(f, unit, "printed")[0, 0] == pytest.approx(0.105 / 1.1 * share, abs=1e-14)
-
-
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.45])
 def test_lame_parameters_give_the_papers_matrix(nu):
     """Truth: the paper's matrix D, plane strain, in Voigt's order (11, 22, 12) with the doubled shear strain."""
@@ -71,12 +64,3 @@ def test_lame_parameters_give_the_papers_matrix(nu):
         s = c_of(np.array([[e11, g12 / 2], [g12 / 2, e22]])[:, :, None], lame(young, nu))[:, :, 0]
         np.testing.assert_allclose([s[0, 0], s[1, 1], s[0, 1]], d @ [e11, e22, g12], atol=1e-13)
         assert s[0, 1] == s[1, 0]
-
-
-def test_strain_of_a_known_gradient():
-    """Truth by hand: F = [[1, 1/2], [0, 1]] has E = [[0, 1/4], [1/4, 1/8]]."""
-    np.testing.assert_allclose(
-        green_lagrange(np.array([[1.0, 0.5], [0.0, 1.0]])[:, :, None])[:, :, 0],
-        [[0.0, 0.25], [0.25, 0.125]],
-        atol=1e-16,
-    )

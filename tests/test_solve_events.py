@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from oracles.toys import NONE, Truss
-from stripfold.base.errors import SolveError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import Crossing, Event, StepOptions
 from stripfold.solve.critical import LIMIT
@@ -71,20 +70,3 @@ def test_what_is_not_located_is_reported_with_its_step() -> None:
     assert isinstance(crossing, Crossing)
     assert (crossing.before, crossing.after) == (found[at - 1], found[at + 1])
     assert crossing.evaluations == 0
-
-
-def test_it_is_looked_for_again_once_it_is_over() -> None:
-    """The point goes below the depth once; the load passes its value on the way up, and, past both limits, again."""
-    load = 0.5 * TRUSS.limit_load
-    high = Event("load", lambda point, _: point.lam > load, 1e-6)
-    crossings = [item for item in followed([high]) if isinstance(item, Crossing)]
-    assert len(crossings) == 2
-    assert crossings[1].before.lam == pytest.approx(load, abs=1e-6)
-
-
-def test_a_bracket_that_stays_wide() -> None:
-    problem = TRUSS.problem()
-    first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, STEPS)
-    after = continuation.step(problem, first, 0.05, STEPS)
-    with pytest.raises(SolveError, match="only bracketed to"):
-        continuation.locate(problem, Crossing(sinks(0.01, 1e-12), first, after), STEPS, max_evaluations=5)

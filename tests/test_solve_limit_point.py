@@ -55,22 +55,6 @@ def test_quadratic():
     assert len(slopes) <= 8
 
 
-def test_prescribed_unknowns_move_with_lambda():
-    """Truth: with x = lambda prescribed, y^3 - 3 y + 2 - x = 0 turns back at y = -1, x = 4."""
-
-    def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        x, y = q
-        k = np.array([[1.0, -1.0], [-1.0, 3.0 * y**2 - 3.0]])
-        return np.array([x - y, y**3 - 3.0 * y + 2.0 - x]), k, np.zeros(2)
-
-    problem = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
-    start = np.array([3.0, -1.4])
-    found = critical.limit_point(problem, start, 3.0, Tangent(np.array([0.0, 1.0]), 0.0), NONE, TIGHT, tolerance=1e-9)
-    assert found.state.lam == pytest.approx(4.0, abs=1e-10)
-    assert found.state.q == pytest.approx([4.0, -1.0], abs=1e-7)
-    assert found.bend.lam == pytest.approx(-6.0, rel=1e-4)
-
-
 def test_lee_frame():
     """The same as by bracketing, from a state far from it: 19 elements in large displacements."""
     options = StepOptions(first=1.0, largest=8.0, smallest=1e-4, kink=0.05, newton=NewtonOptions(largest_step=30.0))
@@ -105,12 +89,6 @@ class TestCheck:
         with pytest.raises(SolveError, match="no maximum"):
             critical.checked(TRUSS.problem(), lower, 1e-8, STEPS)
 
-    def test_travelled_backwards(self):
-        """From the unstable side lambda rises to it as well."""
-        up = solve(0.9 * TOP, TRUSS.limit_load, towards=Tangent(-DOWN.q, 0.0))
-        with pytest.raises(SolveError, match="does not lose its stability"):
-            critical.checked(TRUSS.problem(), up, 1e-8, STEPS)
-
     def test_behind_a_bifurcation(self):
         """The steep truss has swayed to a side before its limit load: neither side is stable."""
         steep = Truss(1.0, 2.0, stiffness=3.0)
@@ -127,28 +105,3 @@ def test_there_is_none():
     with pytest.raises(NewtonError) as error:
         critical.limit_point(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
     assert error.value.residuals
-
-
-def test_prescribed_unknowns_are_in_place():
-    """A limit point at another value of a prescribed unknown is none, though all other forces are balanced."""
-
-    def problem(height: float) -> Toy:
-        def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            y = q[1] - 0.3
-            force = np.array([0.0, lam - height - q[0] + y**2 + 0.1 * y**3])
-            return force, np.array([[1.0, 0.0], [-1.0, 2.0 * y + 0.3 * y**2]]), np.array([0.0, 1.0])
-
-        toy = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
-        object.__setattr__(toy, "prescribed_values", lambda lam: np.array([height]))
-        object.__setattr__(toy, "prescribed_rates", lambda lam: np.zeros(1))
-        return toy
-
-    towards = Tangent(np.array([0.0, 1.0]), 0.0)
-    # The limit point at the height 1, but for what makes a matrix exactly singular.
-    start = np.array([1.0, 0.3 + 1e-7])
-    assert critical.limit_point(problem(1.0), start, 2.0, towards, NONE, TIGHT).state.lam == pytest.approx(
-        2.0, abs=1e-10
-    )
-    found = critical.limit_point(problem(2.0), start, 3.0, towards, NONE, TIGHT)
-    assert found.state.q[0] == 2.0
-    assert found.state.lam == pytest.approx(4.0, abs=1e-10)

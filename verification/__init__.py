@@ -12,8 +12,8 @@ from pathlib import Path
 
 CHAPTERS = {
     "Statics": (
-        "paper models order low_paths barrier second_gripper stability_map knocks variants eigenvalues explorer "
-        "branches"
+        "paper printed_law models order low_paths barrier second_gripper stability_map knocks variants eigenvalues "
+        "explorer branches"
     ),
     "Folding paths and friction": (
         "schemes modes lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics "

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.ask import critical_point
-from stripfold.ask.inputs import Scene
-from stripfold.ask.verdict import assess_path
+from stripfold import paths
+from stripfold.ask.assess import assess
+from stripfold.ask.critical import find
+from stripfold.ask.inputs import PathInputs, Scene
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
-from stripfold.paths.table import read
 from tasks.assess_data import path_of
 from verification.common import command, dataset, timed, timed_process
 from verification.numbers import Facts, Number
@@ -45,8 +45,7 @@ def run(repeats: int = 2, length: float = 0.5, scene: str = "workflow/config/col
     seconds["cli"], answers, _ = timed_process(command("critical", *STRIP, "--model", "rod", "--json"), repeats)
     values |= {"cli_solving": json.loads(answers[0])["seconds"], "cli_error": _error(json.loads(answers[0]))}
 
-    material = Material(ETA_B)
-    unit = material.gravity_length
+    asked = partial(PathInputs, length=length, eta_b=ETA_B)
     strip = ("--length", f"{length:g}", "--eta-b", f"{ETA_B:g}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -54,10 +53,10 @@ def run(repeats: int = 2, length: float = 0.5, scene: str = "workflow/config/col
 
         table = folder / "r-path.csv"
         timed_process(command("path", "r-path", *strip, "--csv", str(table)))
-        assess = command("assess", str(table), *strip, "--fall", "--json")
-        seconds["assess"], answers, values["assess_memory"] = timed_process(assess, repeats)
-        path, found = read(str(table), length / unit, unit), json.loads(answers[0])
-        finer = assess_path(material, length, path, fall=True, refinement=0.5, compare=False)
+        assess_it = command("assess", str(table), *strip, "--fall", "--json")
+        seconds["assess"], answers, values["assess_memory"] = timed_process(assess_it, repeats)
+        path, found = paths.read(table, asked()), json.loads(answers[0])
+        finer = assess(asked(fall=True), path, refinement=0.5, compare=False)
         values["assess_error"] = _apart(found["critical"][0], found["touch_x"], finer) / length
 
         critical = []
@@ -70,13 +69,12 @@ def run(repeats: int = 2, length: float = 0.5, scene: str = "workflow/config/col
         values["log_apart"] = float(np.hypot(*(critical[0][axis] - critical[1][axis] for axis in "xz")))
 
     rod: dict[str, Any] = {"length": 0.6, "height": 0.09, "eta_b": ETA_B, "model": "rod"}
-    path = path_of("r-path", length / unit)
-    seconds["rod"], point = timed(partial(critical_point.find, Scene(**rod)), repeats)
+    path = paths.r_path(asked())
+    seconds["rod"], point = timed(partial(find, Scene(**rod)), repeats)
     values["rod_error"] = point.error / point.lambda_c
-    seconds["rod_static"], _ = timed(partial(assess_path, material, length, path, model="rod"), repeats)
-    with_fall = partial(assess_path, material, length, path, fall=True)
-    seconds["rod_assess"], verdict = timed(partial(with_fall, model="rod"), repeats)
-    values["rod_apart"] = _apart(verdict.critical[0], verdict.touch_x, with_fall()) / length
+    seconds["rod_static"], _ = timed(partial(assess, asked(model="rod"), path), repeats)
+    seconds["rod_assess"], verdict = timed(partial(assess, asked(model="rod", fall=True), path), repeats)
+    values["rod_apart"] = _apart(verdict.critical[0], verdict.touch_x, assess(asked(fall=True), path)) / length
     listed = {name: ("repeat", found) for name, found in seconds.items()}
     return dataset(listed | {name: ((), value) for name, value in values.items()}, units=UNITS)
 

@@ -12,12 +12,19 @@ from pathlib import Path
 import cv2
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from scipy.spatial import ConvexHull
 
+from plots.pieces import note
 from stripfold.base.errors import CalibrationError
-from stripfold.film import intrinsics
+from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
+from stripfold.draw.style import figure, legend_above, styled
+from stripfold.film import calibration as intrinsics
 from stripfold.film.boards import Board, Corners, Refinement, detect, spacing
 from stripfold.film.camera import Camera, read_camera, read_opencv_yaml
-from stripfold.film.mapping import rms as rms_of
+from stripfold.film.camera import rms as rms_of
 from stripfold.film.pictures import read_calibration_picture
 from verification.common import Progress, dataset
 from verification.numbers import Facts, Number
@@ -47,7 +54,7 @@ def run(images: str | Path = "../shared/data", progress: Progress | None = None)
         own, _ = intrinsics.find_views(folder, CHESSBOARD, refinement)
         if [view.name for view in own] != names:
             raise CalibrationError(str(folder), f"{len(own)} boards ({way})", f"{len(names)} boards")
-        fitted = intrinsics.fit(own, size)
+        fitted = intrinsics.fit_camera(own, size)
         without = intrinsics.fit_without_each(own, fitted)
         focal = np.array([fit.camera.matrix[0, 0] for fit in without]) - fitted.camera.matrix[0, 0]
         value = intrinsics.parameters(fitted.camera)
@@ -68,7 +75,7 @@ def run(images: str | Path = "../shared/data", progress: Progress | None = None)
         "value": (("way", "parameter"), value),
         "left_out_focal": (("way", "view"), left_out_focal),
         "left_out_rms": (("way", "view"), left_out_rms),
-        "coverage": ((), intrinsics.calibrate(views, size).coverage),
+        "coverage": ((), intrinsics.calibrate_camera(views, size).coverage),
         "spacing": ("view", [spacing(seen) for seen in pixels]),
         "pixels": (("view", "corner", "axis"), pixels),
         "size": ("axis", np.array(size, dtype=np.float64)),
@@ -113,3 +120,51 @@ NUMBERS = {
     ),
 }
 # fmt: on
+
+
+TARGET = 0.25
+"""RMS error to be reached by the calibration, pixels."""
+DRAWN_WAYS = {
+    SCALED: ("window that grows with the corners' distance", BLUE, -0.2),
+    EARLY: ("half-window of 11 px, stopped at 0.1 px", VERMILLION, 0.2),
+}
+"""Text, colour and offset of the bars of each way to refine corners."""
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw each view's RMS error, ours, with the fixed window, and as published; below, the places of the corners."""
+    fig = figure(4.9)
+    above, below = fig.subplots(2, 1, height_ratios=(1.0, 1.35))
+    draw_views(above, data)
+    draw_coverage(below, data)
+    legend_above(fig, ncols=1)
+    return fig
+
+
+def draw_views(ax: Axes, data: xr.Dataset) -> None:
+    """Bars of each view's RMS error, with the published values as marks."""
+    names = [str(name).removeprefix("left").removesuffix(".jpg") for name in data["view"].values]
+    x = np.arange(len(names))
+    for way, (text, colour, offset) in DRAWN_WAYS.items():
+        one = data.sel(way=way)
+        ax.bar(x + offset, one["view_rms"].values, 0.4, color=colour, label=f"{text}: {float(one['rms']):.3f} px")
+    label = f"published: {float(data['published_rms']):.3f} px"
+    ax.plot(x + 0.2, data["published_view_rms"].values, "_", color=BLACK, ms=7.0, label=label)
+    ax.axhline(TARGET, color=GREY, lw=0.8, ls="--", label=f"target for all views: {TARGET:g} px")
+    ax.set_xticks(x, names)
+    ax.grid(False, axis="x")
+    ax.set(xlabel="view", ylabel="RMS error [px]")
+
+
+def draw_coverage(ax: Axes, data: xr.Dataset) -> None:
+    """The picture's outline, the area between the corners of each view, and the corners."""
+    width, height = data["size"].values
+    pixels = data["pixels"].values
+    for i, view in enumerate(pixels):
+        hull = view[ConvexHull(view).vertices]
+        ax.add_patch(Polygon(hull, closed=True, fc=SHADE, ec="none", zorder=1)).set_label(f"_view-{i}")
+    ax.plot(*pixels.reshape(-1, 2).T, ".", color=BLUE, ms=1.5, zorder=2, label="_corners")
+    ax.set(aspect="equal", xlim=(0.0, width), ylim=(height, 0.0), xlabel="x [px]", ylabel="y [px]")
+    ax.grid(False)
+    note(ax, f"{100.0 * float(data['coverage']):.0f} % of the picture covered", "upper right")

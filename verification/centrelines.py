@@ -17,6 +17,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
 from stripfold.film import eta
+from stripfold.film.cantilever import Cantilever
 from stripfold.film.pictures import read_grey
 from verification.common import dataset
 from verification.numbers import Facts, Number
@@ -45,23 +46,26 @@ def run(images: str | Path = "../shared/data") -> xr.Dataset:
     """
     folder = Path(images)
     found = eta.from_image(read_grey(folder / TEXTILE), SCALE, "cantilever", TEXTILE)
-    assert isinstance(found, eta.CantileverEtaB)
+    shape = found.fit
+    assert isinstance(shape, Cantilever)
+    assert shape.line is not None
+    assert shape.power is not None
     law = _table(folder / LAW)
     curvature, moment = law[law[:, 0] > 0.0].T
-    distance, covered = _distances(found.line.points * SCALE, _table(folder / MIDLINE) * [1.0, -1.0])
+    distance, covered = _distances(shape.line.points * SCALE, _table(folder / MIDLINE) * [1.0, -1.0])
     values = {
         "centreline_rms": ((), np.sqrt(np.mean(distance**2))),
-        "centreline_span": ((), np.ptp(found.line.points[:, 0]) * SCALE),
+        "centreline_span": ((), np.ptp(shape.line.points[:, 0]) * SCALE),
         "reference_covered": ((), covered),
         "eta_b": ((), found.eta_b),
         "eta_b_lower": ((), found.interval[0]),
         "eta_b_upper": ((), found.interval[1]),
-        "exponent_upper": ((), found.exponent[2]),
-        "linear": ((), float(found.linear)),
+        "exponent_upper": ((), shape.law[2]),
+        "linear": ((), float(shape.linear)),
         "reference_curvature": ("law", curvature),
         "reference_eta_b": ("law", AREAL_LOAD / GRAVITY * curvature / moment),
-        "curvature": ("share", SHARES * found.power.curvature / SCALE),
-        "secant_eta_b": ("share", [found.secant(float(share)) for share in SHARES]),
+        "curvature": ("share", SHARES * shape.power.curvature / SCALE),
+        "secant_eta_b": ("share", [shape.secant(float(share), SCALE) for share in SHARES]),
     }
     source = "P. H. Broberg et al., Composites Part B (2023), 110763; github.com/phbroberg/bendstiff, MIT"
     return dataset(values, {"textile_source": source}, units=UNITS)

@@ -24,7 +24,7 @@ from stripfold.base.material import GRAVITY
 from stripfold.film import eta
 from stripfold.film.pictures import read_grey
 from verification.common import Progress, dataset, pooled
-from verification.numbers import Facts, Number, seed_of, share
+from verification.numbers import Facts, Number, covers, seed_of, share
 
 UNITS = {"radian": "tilt"}
 
@@ -264,13 +264,12 @@ def facts(d: xr.Dataset) -> Facts:
 # fmt: off
 NUMBERS = {
     facts: (
-        Number("eta_fold_coverage", "share", "1", "0.93 to 0.97, of 400 folds or more",
+        Number("eta_fold_coverage", "share", "1", "0.93 to 0.97",
             "share of the 95 % intervals of eta_b that contain the truth, {cases} drawn folds ({seed}), the {refused} "
             "refused among them; median error {error:.2%}, half width {half:.2%}",
-            lambda f: 0.93 <= f.share <= 0.97 and f.cases >= 400),
-        Number("eta_not_fabric", "given", "count", "= 0, of 30 or more",
-            "eta_b given for pictures that show no strip, by either method, of {empty} ({seed})",
-            lambda f: f.given == 0 and f.empty >= 30),
+            lambda f: covers(f.share, f.cases, 0.93, 0.97)),
+        Number("eta_not_fabric", "given", "count", "= 0",
+            "eta_b given for pictures that show no strip, by either method, of {empty} ({seed})"),
     ),
 }
 # fmt: on

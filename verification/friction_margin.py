@@ -14,7 +14,7 @@ import xarray as xr
 
 from stripfold import paths
 from stripfold.ask.friction_needed import Followed, lost_with
-from stripfold.ask.inputs import FoldingPlan
+from stripfold.ask.inputs import PlanInputs
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
 from verification.common import Progress, dataset, grid
@@ -58,7 +58,7 @@ def smallest(length: float, uncertainty: float) -> dict[str, float]:
     Raises SolveError: a path could not be followed, or no M_0 suffices.
     """
     unit = Material(ETA_B).gravity_length
-    given = FoldingPlan(length=length * unit, eta_b=ETA_B, eta_b_uncertainty=uncertainty)
+    given = PlanInputs(length=length * unit, eta_b=ETA_B, eta_b_uncertainty=uncertainty)
     path = paths.r_path(given)
     strips = given.strips if uncertainty else given.strips[1:2]
     followed = [(strip.material, strip.length, path.curve.scaled(1.0 / strip.gravity_length)) for strip in strips]

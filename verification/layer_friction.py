@@ -11,18 +11,19 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import islice
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
-from stripfold import elastica
+from plots.pieces import PATH_LOOKS, PATH_STYLES, Look, entry, note, path_entries
 from stripfold.base.arrays import Array
+from stripfold.draw.colours import GREEN, GREY, SHADE
+from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import SPEED, TIME_OPTIONS, dissipated, follow_in_time, opened
 from stripfold.follow.track import Track, mid_surfaces, nodes, shape_error
-from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
@@ -31,14 +32,14 @@ from verification.common import Progress, dataset, grid, pooled
 from verification.numbers import Facts, Number
 
 PATHS = ("r-path", "triangular", "circular", "low")
+GEOMETRIC = {"triangular": triangular, "circular": circular}
 LOW = 1.2
 """Height of the low path, L*."""
-VALUES = ("error", "opened_error", "edge", "loop", "touch_x", "dissipated", "created")
+VALUES = ("error", "edge", "dissipated", "created")
 DAMPING = Damping(air=0.1, stiffness=0.06)
 """Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
 HALF_STEP = 1.0 / 8.0
 """Factor on the estimated error of a time step: steps half as long."""
-LOOP_SPACING = 0.01
 
 
 def run(
@@ -51,60 +52,46 @@ def run(
     long: float = 24.0,
     fabric_moment: float = 0.3,
     speeds: Sequence[float] = (0.4,),
+    finer: Sequence[str] = ("circular",),
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Folds over ``path`` and ``mu``.
+    """Errors of the fold over ``path`` and ``mu``; lengths in L*, M_0 in rho_a g L*^2, speeds in sqrt(g L*).
 
-    Parameters
-    ----------
-    length_star, thickness
-        The strip, a rod, L*.
-    moment
-        M_0 of the bending hysteresis, with which the R-path is followed, rho_a g L*^2.
-    coefficients
-        Coefficients of friction.
-    shown
-        The one at which elements and time steps half as long are used as well, for the error.
-    band
-        Coefficients of fabrics: from, to.
-    long
-        Length of a longer strip, at ``shown``, with the hysteresis on each path and without it on the R-path.
-    fabric_moment
-        M_0 of fabrics, at ``shown``.
-    speeds
-        Other speeds of the gripper, sqrt(g L*), at ``shown``.
+    ``shown``: coefficient of the folds that are drawn, and of all that follow.  ``band``: that of fabrics, from and to.
+    ``long``: another length; on the R-path without hysteresis, too.  ``speeds``: others, on the circular path.
+    ``finer``: paths that are computed with elements and time steps half as long, too.
     """
-    case = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
-    values = grid(case, VALUES, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
-    halved = [partial(_finer, name, shown, length_star, thickness, moment) for name in PATHS]
-    longer = [partial(case, name, shown, length=long) for name in PATHS]
-    without = partial(case, "r-path", shown, length=long, moment=0.0)
-    fabric = [partial(case, name, shown, moment=fabric_moment) for name in PATHS]
-    other = [partial(case, name, shown, speed=speed) for name in PATHS for speed in speeds]
-    more: list[Callable[[], Any]] = [*halved, *longer, without, *fabric, *other]
-    found = iter(pooled(operator.call, more, threads))
-    errors, shapes = zip(*islice(found, len(PATHS)), strict=True)
-    longer_numbers, without_numbers = list(islice(found, len(PATHS))), next(found)
-    fabric_numbers = list(islice(found, len(PATHS)))
-    speed_errors = np.array([one["error"] for one in found]).reshape(len(PATHS), -1)
+    fold = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
+    values = grid(fold, VALUES, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
+    at = {name: partial(fold, name, shown) for name in PATHS}
+    asked: dict[str, list[Callable[[], Any]]] = {
+        "long": [partial(at[name], length=long) for name in PATHS],
+        "without": [partial(at["r-path"], length=long, moment=0.0)],
+        "fabric": [partial(at[name], moment=fabric_moment) for name in PATHS],
+        "finer": [partial(at[name], finer=True) for name in finer],
+        "speed": [partial(at["circular"], speed=speed) for speed in speeds],
+        "shape": [partial(_shape, name, shown, length_star, thickness, moment) for name in PATHS],
+    }
+    found = iter(pooled(operator.call, [call for calls in asked.values() for call in calls], threads))
+    of = {name: [next(found) for _ in calls] for name, calls in asked.items()}
+    errors = {name: [one["error"] for one in of[name]] for name in asked if name != "shape"}
+    refined = dict(zip(finer, errors["finer"], strict=True))
+    shapes = np.stack(of["shape"])
     return dataset(
         {
             **values,
-            "long_error": ("path", [one["error"] for one in longer_numbers]),
-            "long_edge": ("path", [one["edge"] for one in longer_numbers]),
-            "long_error_without": ((), without_numbers["error"]),
-            "fabric_error": ("path", [one["error"] for one in fabric_numbers]),
-            "finer_error": ("path", list(errors)),
+            "long_error": ("path", errors["long"]),
+            "long_error_without": ((), errors["without"][0]),
+            "fabric_error": ("path", errors["fabric"]),
+            "finer_error": ("path", [refined.get(name, np.nan) for name in PATHS]),
             "gripper_speed": ("gripper_speed", list(speeds)),
-            "speed_error": (("path", "gripper_speed"), speed_errors),
-            "arc": ("node", nodes(length_star)),
-            "x": (("path", "node"), np.stack(shapes)[..., 0]),
-            "z": (("path", "node"), np.stack(shapes)[..., 1]),
+            "speed_error": ("gripper_speed", errors["speed"]),
+            "x": (("path", "node"), shapes[..., 0]),
+            "z": (("path", "node"), shapes[..., 1]),
         },
         {
             "length_star": length_star,
-            "thickness": thickness,
             "moment": moment,
             "shown": shown,
             "band": list(band),
@@ -114,72 +101,36 @@ def run(
     )
 
 
-def path_of(name: str, length: float) -> GripperPath:
-    """A path of a strip of this length, L*."""
-    if name == "r-path":
-        return plan_r_path(length).path
-    if name == "low":
-        return low(length, LOW)
-    return triangular(length) if name == "triangular" else circular(length)
+def _closed(
+    name: str, mu: float, length: float, thickness: float, moment: float, speed: float = SPEED, finer: bool = False
+) -> Track:
+    """The strip at rest with the gripper closed."""
+    r_path = name == "r-path"
+    path = plan_r_path(length).path if r_path else low(length, LOW) if name == "low" else GEOMETRIC[name](length)
+    options = replace(TIME_OPTIONS, tolerance=HALF_STEP * TIME_OPTIONS.tolerance) if finer else TIME_OPTIONS
+    strip, refinement = StripModel(length, thickness, kind="rod"), 0.5 if finer else 1.0
+    return follow_in_time(strip, path, mu, moment, damping=DAMPING, speed=speed, refinement=refinement, options=options)
 
 
-def _fold(
-    name: str, mu: float, length: float, thickness: float, moment: float, finer: bool = False, speed: float = SPEED
-) -> tuple[Track, Track]:
-    """The strip at rest with the gripper closed, and after it has opened."""
-    return _follow(path_of(name, length), mu, length, thickness, moment, finer, speed)
+def _shape(name: str, mu: float, length: float, thickness: float, moment: float) -> Array:
+    closed = _closed(name, mu, length, thickness, moment)
+    return mid_surfaces(closed.states[-1:], nodes(length))[0]
 
 
-def _follow(
-    path: GripperPath,
-    mu: float,
-    length: float,
-    thickness: float,
-    moment: float,
-    finer: bool = False,
-    speed: float = SPEED,
-) -> tuple[Track, Track]:
-    strip = StripModel(length, thickness, kind="rod")
-    refinement, options = 1.0, TIME_OPTIONS
-    if finer:
-        refinement, options = 0.5, replace(options, tolerance=HALF_STEP * options.tolerance)
-    closed = follow_in_time(
-        strip, path, mu, moment, damping=DAMPING, speed=speed, refinement=refinement, options=options
-    )
-    return closed, opened(closed, DAMPING, options)
-
-
-def _finer(name: str, mu: float, length: float, thickness: float, moment: float) -> tuple[float, Array]:
-    """Error and shape of the closed fold with elements and time steps half as long."""
-    closed, _ = _fold(name, mu, length, thickness, moment, finer=True)
-    return _error(length, closed), mid_surfaces(closed.states[-1:], nodes(length))[0]
-
-
-def _numbers(
-    name: str, mu: float, *, length: float, thickness: float, moment: float, speed: float = SPEED
-) -> dict[str, float]:
-    closed, after = _fold(name, mu, length, thickness, moment, speed=speed)
-    place = mid_surfaces(after.states[-1:], np.arange(0.0, length, LOOP_SPACING))[0]
-    accurate = length / 2.0 - elastica.half_fold_lying_length(length) - elastica.folded_loop().bulge
+def _numbers(name: str, mu: float, *, length: float, thickness: float, moment: float, **how: Any) -> dict[str, float]:
+    """Error of the closed fold; place of its end after the gripper has opened, over the edge; energies."""
+    closed = _closed(name, mu, length, thickness, moment, **how)
+    after = opened(closed, DAMPING, TIME_OPTIONS)
+    end = mid_surfaces(after.states[-1:], np.zeros(1))[0][0]
+    # What appears from nowhere: where friction gives some, and where the balance does not close.
+    given: Array = np.concatenate([np.diff(dissipated(part)) for part in (closed, after)])
+    created = float(np.maximum(-given, 0.0).sum()) + max(part.moments[-1].energy.closing for part in (closed, after))
     return {
-        "error": _error(length, closed),
-        "opened_error": _error(length, after),
-        "edge": float(place[0, 0]) - length / 2.0,
-        "loop": float(place[:, 0].min()) - accurate,
-        "touch_x": closed.touch_x,
+        "error": shape_error(*closed.states[-1], plan_r_path(length)),
+        "edge": float(end[0]) - length / 2.0,
         "dissipated": float(dissipated(after)[-1]),
-        "created": _created(closed, after),
+        "created": max(created, 0.0),
     }
-
-
-def _error(length: float, fold: Track) -> float:
-    return shape_error(*fold.states[-1], plan_r_path(length))
-
-
-def _created(*parts: Track) -> float:
-    """Energy that appears from nowhere: where friction gives some, and where the balance does not close."""
-    given: Array = np.concatenate([np.diff(dissipated(part)) for part in parts])
-    return float(np.maximum(-given, 0.0).sum()) + max(max(part.moments[-1].energy.closing, 0.0) for part in parts)
 
 
 OFF = 0.1
@@ -204,17 +155,14 @@ def facts(d: xr.Dataset) -> Facts:
         # Of mesh and gripper: what varies in the user's world belongs to the error.
         "finer": abs(float(at.finer_error.sel(path="circular")) - errors["circular"]),
         "varies": max(
-            abs(float(x) - errors["circular"])
-            for x in (at.finer_error.sel(path="circular"), *d.speed_error.sel(path="circular"))
+            abs(float(x) - errors["circular"]) for x in (at.finer_error.sel(path="circular"), *d.speed_error)
         ),
         "speeds": ", ".join(
-            f"{float(x):.2f} at {float(v):g}"
-            for x, v in zip(d.speed_error.sel(path="circular"), d.gripper_speed, strict=True)
+            f"{float(x):.2f} at {float(v):g}" for x, v in zip(d.speed_error, d.gripper_speed, strict=True)
         ),
         "edge": at.edge.sel(path="circular"),
         "without": d.error.sel(mu=0.0).max(),
         "r_path_most": d.error.sel(path="r-path").max(),
-        "triangular_most": d.error.sel(path="triangular").max(),
         "from_": from_,
         "to": to,
         "band_low": low,
@@ -255,7 +203,40 @@ NUMBERS = {
             "{fabric_triangular:.3f} on the triangular one)", lambda f: f.fabric_r_path < 0.1),
         Number("layer_friction_energy", "created", "rho_a g L*^2", "< 1e-6",
             "largest energy that stick and slip and the defect of the balance made in a fold, of {runs}; friction "
-            "between the layers took up to {dissipated:.2g}", lambda f: f.runs >= 15),
+            "between the layers took up to {dissipated:.2g}"),
     ),
 }
 # fmt: on
+
+
+LOOKS = {name: look for name, (_, look) in PATH_LOOKS.items()} | {"low": Look(GREEN, "s")}
+STYLES = PATH_STYLES | {"low": "-."}
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw (a) the error of the finished fold in L* over mu, gripper closed, and (b) the folds at one mu.
+
+    Open circles: elements and time steps half as long.  ``data`` is from :func:`verification.layer_friction.run`.
+    """
+    fig = figure(4.4)
+    top, bottom = fig.subplots(2, 1, height_ratios=(2.4, 1.0))
+    mu, shown = data["mu"].values, data.attrs["shown"]
+    low, high = data.attrs["band"]
+    top.axvspan(low, high, color=SHADE, lw=0.0, zorder=0, label="_fabrics")
+    for name in data["path"].values:
+        one, look = data.sel(path=name), LOOKS[name]
+        style = {"color": look.color, "ls": STYLES[name]}
+        top.plot(mu, one["error"].values, marker=look.marker, lw=1.1, **style, label=f"_{name}")
+        top.plot(shown, one["finer_error"], "o", color=look.color, mfc="none", ms=8.0, label=f"_{name}-finer")
+        width = 2.2 if name == "r-path" else 1.2
+        bottom.plot(one["x"].values, one["z"].values, lw=width, **style, label=f"_{name}-fold")
+    top.set(yscale="log", xlabel=r"coefficient of friction $\mu$", ylabel="error of the fold$\\,/\\,L^*$")
+    bottom.axhline(0.0, color=GREY, lw=0.6, zorder=0)
+    bottom.set(aspect="equal", xlabel="$x\\,/\\,L^*$", ylabel="$z\\,/\\,L^*$")
+    bottom.set_ylim(-0.2, 1.6 * float(np.max(data["z"].values)))
+    low = entry("low path", LOOKS["low"].color, STYLES["low"], marker=LOOKS["low"].marker, lw=0.9)
+    legend_above(fig, [*path_entries(), low, entry("fabric on fabric", SHADE, lw=6.0)])
+    note(top, "(a)")
+    note(bottom, rf"(b) $\mu$ = {shown:g}", "upper right")
+    return fig

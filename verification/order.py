@@ -125,9 +125,9 @@ NUMBERS = {
         Number("order_lambda_c", "rod", "1", "> 3.7 on the rod, at least 3 on the solid",
             "observed order of lambda_c in the element length on the rod, between the two finest of the meshes refined "
             "uniformly from {coarsest} elements; on the solid {solid:.2f}", lambda f: f.rod > 3.7 and f.solid >= 3.0),
-        Number("order_cost", "cost", "1", "< 1.2, to 10,000 elements or more",
+        Number("order_cost", "cost", "1", "< 1.2",
             "order of the run time of one lambda_c in the number of elements, the larger of both models, up to "
-            "{elements} elements", lambda f: f.elements >= 10000),
+            "{elements} elements"),
     ),
 }
 # fmt: on

@@ -67,15 +67,6 @@ def fall(collapse: xr.Dataset) -> Facts:
     }
 
 
-def printed_law_facts(printed_law: xr.Dataset) -> Facts:
-    """At a rotation by 90 degrees, over what the law gives unrotated."""
-    upright, flat = printed_law.sel(angle=90.0), printed_law.sel(angle=0.0)
-    return {
-        "stiffness": upright.stiffness_printed / flat.stiffness_printed,
-        "objective": upright.stiffness_svk / flat.stiffness_svk,
-    }
-
-
 def without_friction(assessment: xr.Dataset) -> Facts:
     """The three paths without friction, in L*."""
     unit = assessment.gravity_length
@@ -210,11 +201,6 @@ NUMBERS = {
         Number("collapse_stable_after", "stable", "count", "all {after}",
             "static states after the fall without a negative eigenvalue, to the end: {end}",
             lambda f: f.stable == f.after > 1),
-    ),
-    printed_law_facts: (
-        Number("printed_law_stiffness", "stiffness", "1", "< 1e-6",
-            "bending stiffness under the printed law of a strip rotated by 90 degrees over that of a level one; under "
-            "the objective law {objective:.6f}"),
     ),
     without_friction: (
         Number("paths_critical", "critical", "count", "all {runs}",

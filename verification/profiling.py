@@ -16,12 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stripfold import elastica
+from stripfold import elastica, paths
 from stripfold.ask import critical, prediction
-from stripfold.ask.inputs import Scene
-from stripfold.ask.verdict import assess_path
+from stripfold.ask.assess import assess
+from stripfold.ask.inputs import PathInputs, Scene
 from stripfold.base.errors import StripfoldError
-from stripfold.base.material import Material
 from stripfold.elastica import _events as events
 from stripfold.elastica import _system as system
 from stripfold.elastica import critical_point
@@ -34,7 +33,6 @@ from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.model import Model
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
-from tasks.assess_data import path_of
 from verification.common import dataset
 
 UNITS = {"s": "seconds unit"}
@@ -164,12 +162,12 @@ def run(
     ``path_length``: of the strip on the R-path, of the same eta_b, m.  ``repeats``: see :func:`profile`.
     """
     scene = Scene(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
-    material = Material(eta_b)
-    path = path_of("r-path", path_length / material.gravity_length)
+    asked = PathInputs(length=path_length, eta_b=eta_b, model="rod", fall=True)
+    path = paths.r_path(asked)
     profiles = [
         profile(lambda: critical.find(scene), repeats),
         profile(lambda: critical_point.critical(scene.height_star), repeats, OF_ELASTICA),
-        profile(lambda: assess_path(material, path_length, path, fall=True, model="rod"), repeats),
+        profile(lambda: assess(asked, path), repeats),
     ]
     data = xr.concat(profiles, dim="subject", join="outer").assign_coords(
         dataset({"subject": ("subject", SUBJECTS)}, units=UNITS).coords

@@ -11,7 +11,7 @@ import numpy as np
 from stripfold.files import store
 from stripfold.film import measure
 from stripfold.film.calibration import Calibration, calibrate_folder
-from stripfold.film.measurement import Measurement
+from stripfold.film.measure import RecordingMeasurement
 from stripfold.film.recording import Recording
 from stripfold.film.tracking import track
 from stripfold.synthetic import recording as synthetic
@@ -26,7 +26,7 @@ _CALIBRATIONS: dict[tuple[Path, str], Calibration] = {}
 """Of each camera, in a folder of calibrations: its recordings share one."""
 
 
-def measure_with(asked: Recording, camera: tuple[Path, str]) -> Measurement:
+def measure_with(asked: Recording, camera: tuple[Path, str]) -> RecordingMeasurement:
     """As :func:`.measure.measure` does it, with the calibration of a camera evaluated once."""
     if camera not in _CALIBRATIONS:
         _CALIBRATIONS[camera] = calibrate_folder(asked.folder, asked.entries)

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.ask.gripper_map import GripperMap, gripper_map
+from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.stability_boundary import stability_boundary
 from stripfold.base.arrays import Array
 from stripfold.follow.statics import StripModel
@@ -150,10 +150,10 @@ def facts(d: xr.Dataset) -> Facts:
 # fmt: off
 NUMBERS = {
     facts: (
-        Number("map_boundary_error", "error", "L*", "< 1e-6 L*, 100 states or more",
+        Number("map_boundary_error", "error", "L*", "< 1e-6 L*",
             "largest distance along x of the boundaries of the stability map, snap and touch continued in the height, "
             "from {states} critical and touching states of the elastica found alone, at random heights ({seed}), "
-            "{lengths} lengths of the strip", lambda f: f.states >= 100),
+            "{lengths} lengths of the strip"),
         Number("map_rod_difference", "rod", "1", "< 1e-3; falls with the thickness squared, exponent 2 within 0.1",
             "largest relative distance of the snap boundary of a rod {thin:.3g} L* thick, continued in the height, "
             "from the map's; its exponent in the thickness is {order:.3g}", lambda f: abs(f.order - 2.0) < 0.1),

@@ -237,15 +237,14 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     simulation = Simulation(**options_given) if scene is None else Simulation.read(scene)
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
-    from stripfold.ask import collapse_record
-    from stripfold.ask.collapse import StripCollapse
+    from stripfold.ask.collapse import StripCollapse, last_good
     from stripfold.files import store
 
     try:
         found = StripCollapse.of(simulation, say)
     except TimeStepError as error:
         rescue = arguments.output.with_suffix(".last-good.nc")
-        state = collapse_record.last_good(simulation, error)
+        state = last_good(simulation, error)
         store.write(state, rescue, title="last good state", config=simulation.as_config())
         raise SolveError(f"{error}; the last good state is in {rescue}") from error
     for warning in found.warnings:

@@ -31,8 +31,8 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
 
     asked = EtaRequest(**given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
-        raise InvalidInputError("picture", arguments.picture, "this only together with image")
-    from stripfold.film.measured import EtaB
+        raise InvalidInputError("picture", str(arguments.picture), "this only together with image")
+    from stripfold.film.eta import EtaB
 
     found = EtaB.of(asked)
     draw(found, arguments.picture)
@@ -117,7 +117,7 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 def measure(arguments: argparse.Namespace, say: Say) -> str:
     require("vision")
     from stripfold.files import store
-    from stripfold.film.measured import RecordingMeasurement
+    from stripfold.film.measure import RecordingMeasurement
     from stripfold.film.recording import inside
 
     folder = inside(Path(arguments.folder), "result", "output")

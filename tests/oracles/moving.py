@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from studies.integrators import WithoutMemory
 
 from oracles.dense import Dense
+from oracles.motions import WithoutMemory
 from stripfold.base.arrays import Array, Index
 
 NONE = np.zeros(0, dtype=np.intp)

@@ -38,7 +38,7 @@ FINE = 0.25
 
 
 def located(follow: Callable[[float], Track], refinement: float) -> tuple[Track, float]:
-    """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
+    """A run and the error estimate of its lambda, as :func:`.critical.find` has it; nan where the ends differ."""
     fine, coarse = follow(refinement), follow(2.0 * refinement)
     error = abs(fine.lam - coarse.lam) + fine.slack
     return fine, error if fine.end is coarse.end else nan

@@ -18,10 +18,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
+from plots import models
+from plots.pieces import Look, note
 from stripfold import elastica
 from stripfold.ask.critical import ELASTICA_ERROR
 from stripfold.base.errors import StripfoldError
+from stripfold.draw.colours import BLACK, ORANGE, PINK, SKY
+from stripfold.draw.style import figure, legend_above, styled
 from verification.common import ONE_CORE, Progress, blank, dataset, markdown_table, timed
 from verification.numbers import Facts, Number
 from verification.peers import ours as peers_ours
@@ -312,3 +317,27 @@ NUMBERS = {
     ),
 }
 # fmt: on
+
+
+LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
+PANELS = {"equilibrium": "(a) equilibrium", "critical": "(b) critical point"}
+LOOKS = models.LOOKS | {
+    "felupe": Look(PINK, "D"), "mujoco": Look(ORANGE, "v"), "pyelastica": Look(SKY, "P"), "auto": Look(BLACK, "X"),
+}  # fmt: skip
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw the error over the time of every run; ours in bold."""
+    fig = figure(5.2)
+    axes = fig.subplots(2, 1, sharex=True, sharey=True)
+    for ax, question in zip(axes, QUESTIONS, strict=True):
+        for name in data["program"].values:
+            runs = runs_of(data, name, question).sortby("seconds")
+            label, size = (TITLES[name], (1.0, 3.5)) if name in TITLES else (f"ours: {name}", (2.2, 5.0))
+            ax.plot(runs["seconds"], runs["error"], lw=size[0], ms=size[1], label=label, **LOOKS[name]._asdict())
+        ax.set(xscale="log", yscale="log", ylabel=LABELS[question])
+        note(ax, PANELS[question], "upper right")
+    axes[-1].set_xlabel("processor time [s]")
+    legend_above(fig, axes[0].get_legend_handles_labels()[0], ncols=3, fontsize=7)
+    return fig

@@ -57,20 +57,6 @@ rule master_curve:
         "../script.py"
 
 
-rule printed_law:
-    """The paper's printed law beside St Venant-Kirchhoff."""
-    output:
-        f"{RESULTS}/printed_law.nc",
-    log:
-        f"{LOGS}/printed_law.log",
-    benchmark:
-        f"{BENCHMARKS}/printed_law/all.tsv"
-    params:
-        **calls("verification.printed_law:run", title="the paper's printed law beside St Venant-Kirchhoff"),
-    script:
-        "../script.py"
-
-
 rule collapse:
     """One strip through its collapse, statically and in time."""
     input:

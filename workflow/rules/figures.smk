@@ -24,15 +24,14 @@ SOURCES = {
         "measured": [rules.recordings.output[0]],
         "real_paths": [rules.recordings.output[0], rules.frames.output[0]],
     },
-    "study_figures": {"printed_law": [rules.printed_law.output[0]]},
 }
 # Those of studies: a name is a study, or the table of the friction that R-paths need.
 STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers recordings_accuracy "
-            "stability_map textile_law"
+            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers printed_law "
+            "recordings_accuracy stability_map textile_law"
         ).split()
     },
     "fabrics": ["fabrics", "friction_margin"],
@@ -50,12 +49,23 @@ def drawn_by(figure):
     return f"plots.{figure}" if own else f"verification.{STUDY_FIGURES[figure][0]}"
 
 
+def code_of(figure):
+    """The file of that module, as an input."""
+    name = drawn_by(figure)
+    return (
+        f"workflow/plots/{figure}.py"
+        if name.startswith("plots")
+        else str(file_of(name.removeprefix("verification.")).relative_to(workflow.basedir))
+    )
+
+
 FILES = STUDY_FILES | {"friction": rules.friction_table.output[0]}
-SOURCES["study_figures"] |= {
+SOURCES["study_figures"] = {
     figure: [FILES[name] for name in names]
     for figure, names in STUDY_FIGURES.items()
     if set(names) <= set(FILES)
 }
+PLOTS = sorted(map(str, Path("workflow/plots").glob("*.py")))
 FIGURE_FILES = expand(
     f"{FIGURES}/{{name}}.{{suffix}}",
     name=[name for figures in SOURCES.values() for name in figures],
@@ -87,7 +97,7 @@ for rule_name, figures in SOURCES.items():
             rule_name
         input:
             sorted({str(file) for files in figures.values() for file in files}),
-            code=sorted(map(str, Path("workflow/plots").glob("*.py"))),
+            code=PLOTS + [code_of(name) for name in figures if name in STUDY_FIGURES],
         output:
             png=expand(f"{FIGURES}/{{name}}.png", name=figures),
             svg=[in_report(f"{FIGURES}/{name}.svg", name, CATEGORIES[name]) for name in figures],

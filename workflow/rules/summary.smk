@@ -7,7 +7,6 @@ SUMMARISED = {
     "master": rules.master_curve.output[0],
     "collapse": rules.collapse.output[0],
     "plans": rules.plans.output[0],
-    "printed_law": rules.printed_law.output[0],
     "assessment": rules.assessment.output[0],
     "friction": rules.friction_table.output[0],
     "recordings": rules.recordings.output[0],

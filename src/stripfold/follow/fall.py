@@ -14,11 +14,11 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError, TimeStepError
+from stripfold.base.phases import FALL
 from stripfold.follow.contact import lies_apart, lift_off
 from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned
 from stripfold.follow.contact_events import longest_free
 from stripfold.follow.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
-from stripfold.follow.phases import FALL
 from stripfold.follow.statics import StripModel, follow, solve_height, static_track
 from stripfold.follow.track import End, StripState, Track
 from stripfold.paths.curve import GripperPath, Interpolated

@@ -17,13 +17,13 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.percent import Percent
+from stripfold.base.phases import SLOW
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
 from stripfold.follow.fall import to_rest
 from stripfold.follow.memory import STEP, effects_of, load, with_effects
-from stripfold.follow.phases import SLOW
 from stripfold.follow.statics import FIRST, StripModel, lift, start_along_x
 from stripfold.follow.track import End, StripState, Track
 from stripfold.paths.curve import GripperPath
