@@ -230,13 +230,14 @@ def test_without_friction_shapes_are_those_of_the_elastica(share: float):
 def test_with_friction_shapes_are_those_of_the_rod():
     """Finite elements with the hysteresis itself, thin and hardly extensible: the friction shifts it by 0.19 L*."""
     z, moment, length = 4.0, 0.04, 24.0
-    followed = static_limit(StripModel(length, 0.005, kind="rod"), z, moment, 1.5)
-    step = followed.branch[-10]
-    curve = step.model.mid_surface(step.u) + np.array([0.5 * length, 0.0])
-    found, without = (with_friction.branch(z).shapes(m, curve[:1, 0], step.model.s)[0] for m in (moment, 0.0))
+    held = static_limit(StripModel(length, 0.005, kind="rod"), z, moment, 1.5)
+    problem, point = held.states[-10]
+    model = problem.model
+    curve = model.mid_surface(point.q) + np.array([0.5 * length, 0.0])
+    found, without = (with_friction.branch(z).shapes(m, curve[:1, 0], model.s)[0] for m in (moment, 0.0))
     np.testing.assert_allclose(found, curve, atol=8e-3)
     assert np.abs(without - curve).max() > 0.15
-    assert followed.lam == pytest.approx(elastica.critical(z).advance + elastica.friction_delay(z) * moment, abs=0.03)
+    assert held.lam == pytest.approx(elastica.critical(z).advance + elastica.friction_delay(z) * moment, abs=0.03)
 
 
 def pinhole(depth: float, places: Array) -> Array:
