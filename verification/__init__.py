@@ -22,9 +22,7 @@ CHAPTERS = {
     "Recordings": (
         "calibration centrelines strip_looks camera_bump markerless eta_pictures recordings_accuracy video_benchmark"
     ),
-    "Accuracy and speed": (
-        "benchmark accuracy fall_accuracy estimates hard_cases effects sweeps folding_plans peers"
-    ),
+    "Accuracy and speed": ("benchmark accuracy fall_accuracy estimates hard_cases effects sweeps folding_plans peers"),
 }
 """The studies by chapter of the page of numbers, separated by spaces."""
 STUDIES = tuple(name for names in CHAPTERS.values() for name in names.split())

@@ -17,7 +17,6 @@ SHARED = {"recordings_accuracy"}
 NEEDED = {
     "calibration": config["images"],
     "centrelines": config["images"],
-    "explorer": which("chromium") or "chromium",
     "peers": "verification/peers/.venv",
 }
 PICTURED = {"calibration", "centrelines", "eta_pictures"}
