@@ -74,21 +74,19 @@ FIGURE_FILES = expand(
 )
 
 
-if "explorer" in STUDY_FILES:
-
-    rule explorer_page:
-        """The page in which a reader drags the gripper."""
-        input:
-            tables=FILES["explorer"],
-            code=["workflow/tasks/explorer.py", *sorted(map(str, Path("workflow/explorer").iterdir()))],
-        output:
-            in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
-        log:
-            f"{LOGS}/explorer_page.log",
-        params:
-            **calls("tasks.explorer:write"),
-        script:
-            "../script.py"
+rule explorer_page:
+    """The page in which a reader drags the gripper."""
+    input:
+        tables=FILES["explorer"],
+        code=["workflow/tasks/explorer.py", *sorted(map(str, Path("workflow/explorer").iterdir()))],
+    output:
+        in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
+    log:
+        f"{LOGS}/explorer_page.log",
+    params:
+        **calls("tasks.explorer:write"),
+    script:
+        "../script.py"
 
 
 for rule_name, figures in SOURCES.items():

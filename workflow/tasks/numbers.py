@@ -30,8 +30,8 @@ ROOT = Path(__file__).parents[2]
 HOW_SURE = {
     "error": "{estimate_coverage} of random scenes over all accepted inputs have a true error of lambda_c within the "
     "stated one; {solid_limit_error} between solid and elastica for a thin strip",
-    "speed": "{time_rod_1e-3} (rod), {time_solid_1e-3} (solid) for one lambda_c with its error, {time_assess} for a path "
-    "with its fall, on one core",
+    "speed": "{time_rod_1e-3} (rod), {time_solid_1e-3} (solid) for one lambda_c with its error, {time_assess} for a "
+    "path with its fall, on one core",
     "no real film": "no recording of a real robot was there to compare with: in *synthetic* ones {lambda_coverage} of "
     "the 95 % intervals hold the true lambda",
 }
