@@ -67,7 +67,7 @@ def snap_energy(strip: StripModel, damping: Damping) -> float:
     found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
     if found.critical is None:
         return np.nan
-    motion = simulate_fall(ReleaseState.at(found.points[-1]), Fall(damping=damping))
+    motion = simulate_fall(ReleaseState.at(found.last), Fall(damping=damping))
     return size_of_fall(found.states[-1], motion.states)[1]
 
 

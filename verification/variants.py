@@ -26,11 +26,12 @@ from stripfold.base.errors import SolveError
 from stripfold.follow import contact_branch, contact_events
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
 from stripfold.follow.fall import Fall, ReleaseState, simulate_fall
-from stripfold.follow.statics import FIRST, LIMIT, StripModel, follow
+from stripfold.follow.statics import FIRST, StripModel, follow
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import triangular
 from stripfold.solve.continuation import Event
+from stripfold.solve.critical import LIMIT
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
