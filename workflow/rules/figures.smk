@@ -30,11 +30,11 @@ STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers printed_law "
-            "recordings_accuracy stability_map textile_law"
+            "barrier calibration disturbed_rpath eigenvalues fabrics layer_friction low_paths order peers printed_law "
+            "recordings_accuracy stability_map"
         ).split()
     },
-    "fabrics": ["fabrics", "friction_margin"],
+    "textile_law": ["fabric_laws"],
     "fall_precision": ["fall_accuracy"],
     "rod": ["models"],
     "friction_delay": ["friction_delay", "fabrics", "friction"],

@@ -43,7 +43,7 @@ TABLES = [
     "layer_friction",
     "friction_touch",
     "fabrics",
-    "textile_law",
+    "fabric_laws",
     "variants",
 ]
 
