@@ -167,7 +167,7 @@ def limit(case: Case, height: float, moment: float) -> dict[str, float]:
             yield at.problem.motion, step.lam + max(share, NEAR) * case.step
 
     def end(outcome: float, lam: float) -> dict[str, float]:
-        x, sag = np.array(sags[1:]).T
+        x, sag = np.array([at for at in sags if np.isfinite(at[1])]).T
         speed = np.inf if outcome == SNAP else (-np.diff(sag) / np.diff(x)).max()
         return {"outcome": outcome, "lambda_end": lam, "sag_speed": speed}
 
