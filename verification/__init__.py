@@ -17,7 +17,7 @@ CHAPTERS = {
     ),
     "Folding paths and friction": (
         "dynamics lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics "
-        "friction_margin fabric_laws textile_law layer_friction random_paths"
+        "fabric_laws layer_friction random_paths"
     ),
     "Recordings": ("public_pictures altered_films eta_pictures recordings_accuracy video_benchmark"),
     "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),

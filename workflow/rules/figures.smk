@@ -30,12 +30,12 @@ STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier disturbed_rpath eigenvalues layer_friction low_paths order peers printed_law "
-            "recordings_accuracy stability_map textile_law"
+            "barrier disturbed_rpath eigenvalues fabrics layer_friction low_paths order peers printed_law "
+            "recordings_accuracy stability_map"
         ).split()
     },
-    "fabrics": ["fabrics", "friction_margin"],
     "calibration": ["public_pictures"],
+    "textile_law": ["fabric_laws"],
     "fall_precision": ["falls"],
     "rod": ["models"],
     "friction_delay": ["friction_delay", "fabrics", "friction"],
