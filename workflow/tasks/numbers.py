@@ -107,17 +107,14 @@ def release(numbers: Path, scale: str, release: str, **data: xr.Dataset) -> None
 
 def pages(numbers: Summary, data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
     """The generated tables of each page by name; ``data`` are the studies that have one."""
-    from verification import accuracy, effects, hard_cases, low_paths, peers, physics_tables, profiling
+    from verification import accuracy, effects, hard_cases, low_paths, peers, physics_tables
 
-    profiles = {
-        f"profile of {name}": profiling.table(data["profiling"].sel(subject=name)) for name in profiling.SUBJECTS
-    }
     headlines = {key: numbers[key] for key in HEADLINES if key in numbers}
     return {
         "README.md": {"claims": claims.headlines(numbers), "headline numbers": markdown(headlines)},
         "docs/replication.md": claims.tables(numbers),
         "docs/verification.md": {"numbers": f"{about()}\n\n{markdown(numbers)}"},
-        "docs/performance.md": {"presets": accuracy.presets(data["accuracy"]), **profiles},
+        "docs/performance.md": {"presets": accuracy.presets(data["accuracy"])},
         "docs/hard-cases.md": {"hard cases": hard_cases.markdown(data["hard_cases"])},
         "docs/effects.md": {"effects": effects.markdown(data["effects"])},
         "docs/low-path.md": {"low paths": low_paths.markdown(data["low_paths"])},
