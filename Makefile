@@ -23,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all release studies peers report docs test starts lint quick unlock env lock clean help
+.PHONY: all release studies peers report docs test wheels starts lint quick unlock env lock clean help
 
 all: $(STAMP) ## Redo the paper and its verification, at a reader's scale, beside the release's numbers (CORES=n)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -63,6 +63,9 @@ $(DOCS)/.complete: docs/requirements.lock
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
 	@$(IN_VENV) python -c '$(COMPILE)'
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
+
+wheels: $(STAMP) ## Run all commands by the wheel, with the lowest and the newest versions (ten minutes, network)
+	$(IN_VENV) python packaging/check_wheel.py
 
 starts: $(STAMP) ## Compute what is stored with the package anew
 	$(IN_VENV) python workflow/starts.py

@@ -9,10 +9,9 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.film.boards import Board, Corners, dictionary
+from stripfold.film.calibration import Stops, View
 from stripfold.film.camera import Camera
-from stripfold.film.intrinsics import View
 from stripfold.film.recording import Entries
-from stripfold.film.robot_grid import Stops
 from stripfold.synthetic.view import Rays
 
 SIZE = (640, 480)

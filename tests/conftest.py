@@ -9,8 +9,6 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 ROOT = Path(__file__).resolve().parents[1]
-# Processes that tests start find the studies, as those of the workflow do.
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(ROOT / "workflow"), os.environ.get("PYTHONPATH"))))
 IMAGES = Path(os.environ.get("STRIPFOLD_IMAGES", ROOT.parent / "shared" / "data"))
 
 

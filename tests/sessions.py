@@ -46,7 +46,10 @@ def run_one(command: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]
     words = shlex.split(command)
     if words[0] == "stripfold" and not {"|", ">"} & set(words):
         capsys.readouterr()
-        status = main(words[1:])
+        try:
+            status = main(words[1:])
+        except SystemExit as error:  # of argparse
+            status = int(error.code or 0)
         said, complaint = capsys.readouterr()
         return status, said + complaint if status else said
     given = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}

@@ -5,21 +5,16 @@ from __future__ import annotations
 import dataclasses
 import doctest
 import inspect
-import json
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import elastica
-from stripfold.ask import inputs, results
-from stripfold.files import store
+from stripfold.ask import inputs
 from stripfold.files.reporting import Result
-from stripfold.film import measured
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
 SHORT = sf.Strip(length=0.36, eta_b=3780)
@@ -63,109 +58,6 @@ def test_a_strip_is_checked_and_frozen():
         sf.Strip(length=600, eta_b=3780)
     with pytest.raises(dataclasses.FrozenInstanceError):
         STRIP.length = 1.0  # type: ignore[misc]
-
-
-@pytest.mark.parametrize("model", ["elastica", "rod", "solid"])
-def test_critical_point(model, tmp_path: Path):
-    point = STRIP.critical(height=0.09, model=model, accuracy=1e-2)
-    unit = STRIP.gravity_length
-    assert point.snap
-    assert point.lambda_c == pytest.approx(elastica.critical(0.09 / unit).advance * unit, rel=3e-3)
-    # The state is that of the strip: from the gripper to the held end, as long as the strip.
-    np.testing.assert_allclose(point.state[0], [point.x_c, 0.09], atol=1e-4)
-    np.testing.assert_allclose(point.state[-1], [0.3, 0.0], atol=1e-9)
-    assert np.linalg.norm(np.diff(point.state, axis=0), axis=1).sum() == pytest.approx(0.6, rel=1e-3)
-    point.to_netcdf(tmp_path / "point.nc")
-    data = store.read(tmp_path / "point.nc")
-    assert float(data["lambda_c"]) == point.lambda_c
-    assert json.loads(data.attrs["config"])["height"] == 0.09
-    assert f"{point.lambda_c:.6g} m" in str(point)
-    assert len(point.plot().axes) == 1
-
-
-def test_too_short_a_strip():
-    with pytest.raises(sf.InvalidInputError, match="too short"):
-        sf.Strip(length=0.2, eta_b=3780).critical(height=0.09)
-
-
-def test_assessment_of_a_path(tmp_path: Path):
-    path = sf.paths.r_path(SHORT)
-    path.to_csv(tmp_path / "r.csv")
-    own = sf.paths.read(tmp_path / "r.csv", SHORT)
-    np.testing.assert_allclose(own.places[[0, -1]], path.places[[0, -1]], atol=1e-8)
-    found = SHORT.assess(path, friction_moment=np.float32(1e-4), step=0.2 * SHORT.gravity_length, model="rod")
-    assert found.stable
-    assert found.completed
-    found.to_netcdf(tmp_path / "r.nc")
-    data = store.read(tmp_path / "r.nc")
-    assert float(data["peak_force"]) == found.peak_force
-    np.testing.assert_allclose(data["x"][-1, 0], 0.18, atol=1e-6)
-    assert len(found.plot().axes) == 1
-
-
-@pytest.mark.parametrize(
-    ("ask", "key"),
-    [
-        (lambda path: STRIP.assess(path), "path"),
-        (lambda path: SHORT.assess(path, step=0.01), "step"),
-        (lambda path: SHORT.assess(path, pull=-1.0), "pull"),
-        (lambda path: SHORT.assess(path, friction_moment=float("nan")), "friction_moment"),
-        (lambda path: SHORT.assess("tri.csv"), "path"),
-        (lambda path: SHORT.assess(SHORT), "path"),
-        (lambda path: SHORT.assess(path, friction_moment="1e-4"), "friction_moment"),
-        (lambda path: SHORT.assess(path, friction_moment=True), "friction_moment"),
-        (lambda path: SHORT.assess(path, friction_moment=[1e-4]), "friction_moment"),
-        (lambda path: SHORT.assess(path, fall="no"), "fall"),
-        (lambda path: SHORT.assess(path, model=["rod"]), "model"),
-        (lambda path: SHORT.assess(path, step="0.01", pull=1.0), "step"),
-        (lambda path: SHORT.assess(path, second_gripper="middle"), "second_gripper"),
-        (lambda path: SHORT.assess(path, progress=3), "progress"),
-        (lambda path: SHORT.critical(0.06, second_gripper=True), "second_gripper"),
-        (lambda path: SHORT.critical("0.06"), "height"),
-        (lambda path: SHORT.critical(0.06, law=1), "law"),
-        (lambda path: SHORT.critical(0.06, accuracy=None), "accuracy"),
-        (lambda path: SHORT.critical(0.06, progress="print"), "progress"),
-        (lambda path: SHORT.map(friction_moment=path), "friction_moment"),
-        (lambda path: SHORT.map(progress=True), "progress"),
-        (lambda path: SHORT.plan(layers_may_slide=1), "layers_may_slide"),
-        (lambda path: SHORT.plan(margin="1 cm"), "margin"),
-        (lambda path: SHORT.plan(progress={}), "progress"),
-        (lambda path: SHORT.collapse(0.056, release=0.02), "release"),
-        (lambda path: SHORT.collapse(0.056, release={"disturbence": 0.02}), "release.disturbence"),
-        (lambda path: SHORT.collapse(0.056, release={"until": "rest", "air": "2"}), "release.air"),
-        (lambda path: SHORT.collapse(0.056, effects=["contact"]), "effects"),
-        (lambda path: SHORT.collapse(0.056, effects={"contcat": "on"}), "effects.contcat"),
-        (lambda path: sf.eta_b(image=5, scale=1e-4, method="fold"), "image"),
-        (lambda path: sf.measure(None), "folder"),
-        (lambda path: sf.measure("", progress=print), "folder"),
-        (lambda path: sf.paths.triangular(0.36), "strip"),
-        (lambda path: sf.paths.triangular(path), "strip"),
-        (lambda path: sf.paths.circular(SHORT, fold_at="0.1"), "fold_at"),
-        (lambda path: sf.paths.low(SHORT, None), "height"),
-        (lambda path: sf.paths.low(SHORT, [0.04]), "height"),
-        (lambda path: sf.paths.read(b"own.csv", SHORT), "file"),
-        (lambda path: sf.paths.read("own.csv", "own"), "strip"),
-        (lambda path: sf.paths.read("own.csv", SHORT, columns=["t", "x", "z"]), "columns"),
-        (lambda path: sf.paths.read("own.csv", SHORT, unit=1e-3), "unit"),
-        (lambda path: sf.paths.read("own.csv", SHORT, frame=(0.0, 0.0)), "frame"),
-        (lambda path: sf.paths.read("own.csv", SHORT, smooth="1 mm"), "smooth"),
-        (lambda path: path.to_csv(0), "file"),
-        (lambda path: sf.sweep.run("grid.yaml", "out.nc"), "grid"),
-        (lambda path: sf.sweep.run({"length": 0.36, "eta_b": 3780, "height": 0.06}, None), "file"),
-        (lambda path: sf.sweep.run({"length": 0.36, "eta_b": 3780, "height": 0.06}, "out.nc", cores="2"), "cores"),
-        (lambda path: sf.sweep.run({"length": 0.36, "eta_b": 3780, "height": 0.06}, "out.nc", progress=1), "progress"),
-        (lambda path: SHORT.collapse(height=0.06, effects={"contact": "off"}), "effects.contact"),
-        (lambda path: sf.eta_b(fold_height=27.0), "fold_height"),
-        (lambda path: sf.eta_b(), "fold_height"),
-        (lambda path: sf.eta_b(image="a.png", method="fold"), "scale"),
-        (lambda path: sf.eta_b(fold_height=0.03, scale=1e-4), "scale"),
-        (lambda path: sf.paths.r_path(sf.Strip(length=0.2, eta_b=3780)), "length"),
-    ],
-)
-def test_bad_requests_name_the_key(ask, key):
-    with pytest.raises(sf.InvalidInputError) as caught:
-        ask(sf.paths.triangular(SHORT))
-    assert caught.value.key == key
 
 
 @pytest.mark.parametrize(
@@ -215,28 +107,6 @@ def test_a_path_is_for_any_strip_of_its_length(kind, tmp_path: Path):
         STRIP.assess(path)
 
 
-def test_collapse(tmp_path: Path):
-    release = sf.Release(disturbance=0.02, air=5.0, until="touch")
-    found = SHORT.collapse(height=0.056, model="rod", release={"disturbance": 0.02, "air": 5.0, "until": "touch"})
-    assert found.lambda_c == pytest.approx(SHORT.critical(height=0.056, model="rod").lambda_c, rel=1e-3)
-    time, x = found.touch
-    assert time > 0.0
-    assert -0.18 < x < 0.18
-    assert np.isnan(found.rest_time)
-    found.to_netcdf(tmp_path / "c.nc")
-    assert json.loads(store.read(tmp_path / "c.nc").attrs["config"])["until"] == "touch"
-    # Without its run times, so that the same inputs give the same file.
-    SHORT.collapse(height=0.056, model="rod", release=release).to_netcdf(tmp_path / "again.nc")
-    assert (tmp_path / "again.nc").read_bytes() == (tmp_path / "c.nc").read_bytes()
-
-
-def test_eta_b():
-    found = sf.eta_b(fold_height=0.0272)
-    assert found.eta_b == pytest.approx(0.075958 / 0.0272**3, rel=1e-5)
-    assert np.isnan(found.interval).all()
-    assert float(found.to_dataset()["gravity_length"]) == pytest.approx(0.0272 / 0.906597, rel=1e-5)
-
-
 @pytest.mark.parametrize(
     ("x", "z", "key"), [("0.1", 0.1, "x"), (0.1, None, "z"), ([0.1, 0.2], [0.1, 0.2, 0.3], "z"), (True, 0.1, "x")]
 )
@@ -255,9 +125,7 @@ def test_a_result_is_written_to_a_file_with_a_name(stability_map):
         assert caught.value.key == "file"
 
 
-@pytest.mark.parametrize(
-    "name", ["stripfold", "stripfold.ask.strip", "stripfold.film.measured", "stripfold.ask.inputs"]
-)
+@pytest.mark.parametrize("name", ["stripfold", "stripfold.ask.strip", "stripfold.film.eta", "stripfold.ask.inputs"])
 def test_examples_in_docstrings(name):
     found = doctest.testmod(import_module(name))
     assert found.attempted
@@ -265,7 +133,7 @@ def test_examples_in_docstrings(name):
 
 
 def test_every_result_says_units_and_source():
-    found = [kind for module in (measured, results) for _, kind in inspect.getmembers(module, inspect.isclass)]
+    found = [kind for kind in (getattr(sf, name) for name in sf.__all__) if isinstance(kind, type)]
     for kind in found:
         if issubclass(kind, Result) and kind is not Result:
             text = inspect.getdoc(kind) or ""

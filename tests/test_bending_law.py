@@ -45,7 +45,7 @@ class TestTable:
             MomentCurvature(np.array([1.0, 2.0]), np.array(moment))
 
 
-@pytest.mark.parametrize("model", [ROD, SOLID, Solid.of(4.0, 0.05, elements=4, across=2)])
+@pytest.mark.parametrize("model", [ROD, SOLID])
 def test_force_is_the_derivative_of_the_energy_and_tangent_that_of_the_force(model):
     effect = BendingLaw.of(model, TestTable.LAW)
     q, d = random_shape(model), 1e-6

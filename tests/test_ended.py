@@ -26,14 +26,9 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SWEEP = "sweep grid.yaml --output o.nc --cores 2"
 COMMANDS = {
     f"assess path.csv {STRIP} --fall --output o.nc --plot o.png --film o.mp4": "state at",
-    f"calibrate filmed/calibration/camera {BOARD} --output o.yaml": "calibrating",
     f"critical {STRIP} --height 0.09 --accuracy 1e-6 --plot o.png": "limit point",
-    "eta --image fold.png --scale 1e-4 --method fold --picture o.png": "",
     "film fall.nc --output o.mp4": "drawing: 50 %",
-    f"map {STRIP} --output o.nc --plot o.png": "boundaries",
     "measure filmed": "tracking: 1 %",
-    f"plan {STRIP} --layers-may-slide --csv o.csv --json o.json --report o.html --plot o.png": "state at",
-    "record filmed.yaml --output other": "filming: 1 %",
     "simulate scene.yaml --output o.nc --plot o.png": "state at",
 }
 """With a part of the line on standard error at which it is ended; before the first one where there is none."""
@@ -104,7 +99,7 @@ def test_a_closed_pipe_is_no_fault(closed: str, option: str) -> None:
 def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, there: str) -> None:
     """Nor an error, also where a library turns the signal into one of its own or ignores it in a destructor."""
     code = (
-        "import os, signal, sys, time\nfrom stripfold import cli, store\n"
+        "import os, signal, sys, time\nfrom stripfold import cli\nfrom stripfold.files import store\n"
         f"def end(*_): os.kill(os.getpid(), {int(number)})\n"
         "class Ending: __del__ = end\n"
         "def write(*_):\n"

@@ -8,14 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from assessing import assess_path
 from stripfold import elastica
-from stripfold.ask.friction_boundary import THICKNESS, friction_boundary
+from stripfold.ask.friction_boundary import friction_boundary
 from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.files import store
-from stripfold.paths.curve import GripperPath, pieces_through
 
 LENGTH = 9.0
 COMMAND = ["map", "--length", "0.24", "--eta-b", "3780", "--rho-a", "0.2"]
@@ -32,23 +29,6 @@ def test_little_friction_delays_by_the_law() -> None:
     for z, advance in zip(found.z[found.snaps], found.advance[found.snaps], strict=True):
         delay = advance - elastica.critical(z).state.advance
         assert 0.85 < delay / (moment * elastica.friction_delay(z)) < 1.02
-
-
-def test_assess_along_the_same_way() -> None:
-    material = Material(3780.0)
-    thin = Material(3780.0, eta_m=3780.0 * (THICKNESS * material.gravity_length) ** 2 / 12.0)
-    moment = 0.02
-    found = friction_boundary(12.0, moment)
-    (z, advance), half = (found.z[-1], found.advance[-1]), 6.0
-    assert found.snaps[-1]
-    line = [(s.advance - half, s.gripper[1]) for s in states_no_horizontal_force(11.0) if s.gripper[1] < z - 0.05]
-    line.append((elastica.state_no_horizontal_force(z).advance - half, z))
-    carry = np.array([line[-1], (line[-1][0] + 12.0, z)])
-    path = GripperPath("lift and carry", pieces_through([("lift", np.array([(-half, 0.0), *line])), ("carry", carry)]))
-    in_si = moment * thin.scales["N"]
-    verdict = assess_path(thin, 12.0 * thin.gravity_length, path, friction_moment=in_si, model="rod")
-    (event,) = verdict.critical
-    assert event["x"] / thin.gravity_length + half == pytest.approx(advance, abs=0.005)
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

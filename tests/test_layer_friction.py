@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from stripfold.ask.inputs import Simulation
-from stripfold.base.errors import InvalidInputError
 from stripfold.follow.track import End
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
@@ -20,8 +19,6 @@ from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
 LENGTH, THICKNESS, MU = 10.0, 0.1, 0.4
-MEMBRANE = 12.0 / THICKNESS**2
-"""Stiffness of the membrane in plane strain beside a bending stiffness of one."""
 
 
 def lying(model: Model) -> StripProblem:
@@ -41,25 +38,6 @@ def dragged(advance: float, steps: int) -> tuple[StripProblem, np.ndarray, float
         q, force = state.q, -float(state.force[problem.model.middle[0, 0]])
         problem = problem.accepted(q)
     return problem, q, force
-
-
-def test_a_dragged_strip_slips_as_far_as_friction_allows() -> None:
-    # The membrane's tension falls by mu w per length: slip to F / (mu w), elongation F^2 / (2 mu w EA).
-    advance = 4e-3
-    force = np.sqrt(2.0 * MU * MEMBRANE * advance)
-    slip = force / MU
-    problem, q, found = dragged(advance, 10)
-    assert found == pytest.approx(force, rel=0.01)
-    s, u = problem.model.s, -q[problem.model.middle[:, 0]]
-    expected = np.where(s < slip, MU * (slip - np.minimum(s, slip)) ** 2 / (2.0 * MEMBRANE), 0.0)
-    assert np.abs(u - expected).max() < 0.01 * advance
-    # What lies beyond sticks.
-    assert u[s > slip + 0.5].max() < MU / SPRING
-    (friction,) = problem.effects
-    assert not friction.sticks(q - 1e-6)[(s > 0.1) & (s < slip - 0.5)].any()
-    # Of mu w times the slip the springs keep a little.
-    heat = friction.dissipated + friction.stored
-    assert heat == pytest.approx(force**3 / (6.0 * MU * MEMBRANE), rel=0.02)
 
 
 @dataclass(frozen=True)
@@ -127,38 +105,6 @@ def test_on_an_inclined_plane_a_strip_slides_above_mu(share: float) -> None:
         assert moved == pytest.approx(0.5 * (share - 1.0) * MU * last.t**2, rel=0.02)
 
 
-def test_memory_of_what_lands_and_leaves() -> None:
-    model = Rod.of(LENGTH, THICKNESS, elements=20)
-    x, z = model.middle[:, 0], model.middle[:, 1]
-    flat = np.zeros(model.size)
-
-    def lands(q: np.ndarray) -> np.ndarray:
-        reaction = np.zeros(model.size)
-        reaction[z] = 0.5
-        return reaction
-
-    moved = np.zeros(model.size)
-    moved[x] = 0.3
-    friction = LayerFriction.of(model, MU, flat, np.zeros_like)
-    landed = friction.committed(moved, lands)
-    assert not landed.force(moved).any()
-    assert landed.dissipated == 0.0
-    shifted = moved.copy()
-    shifted[x] += 1e-5
-    assert landed.tractions(shifted) == pytest.approx(landed.stiffness * 1e-5)
-    shifted[x] += 1.0
-    assert landed.tractions(shifted) == pytest.approx(MU * 0.5)
-    slipped = landed.committed(shifted, lands)
-    assert slipped.stored > 0.0
-    gone = slipped.committed(shifted, np.zeros_like)
-    # The spring of a node that leaves loses its energy, and acts no more.
-    assert gone.stored == 0.0
-    assert gone.dissipated == pytest.approx(slipped.dissipated + slipped.stored)
-    assert not gone.force(moved).any()
-    with pytest.raises(InvalidInputError):
-        LayerFriction.of(model, -0.1, flat, np.zeros_like)
-
-
 def test_tangent() -> None:
     problem, q, _ = dragged(4e-3, 3)
     (friction,), rng = problem.effects, np.random.default_rng(1)
@@ -170,30 +116,15 @@ def test_tangent() -> None:
 
 
 def test_a_scene_without_statics_after_the_fall_says_so() -> None:
-    from stripfold.ask import collapse_record
+    from stripfold.ask import collapse
 
     strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
-    found = collapse_record.run(Simulation(**strip))
-    assert found.attrs["end"] == collapse_record.ENDS[End.REST]
+    found = collapse.run(Simulation(**strip))
+    assert found.attrs["end"] == collapse.ENDS[End.REST]
     row = found.sel(effect="layer_friction")
     assert row["needed"] == row["active"] == 1.0
     assert float(row["since"]) > 0.0
     assert float(found["friction"].dropna("state")[-1]) > 0.0
-    without = collapse_record.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
+    without = collapse.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
     assert "layer_friction" in without.attrs["missing"]
     assert not without["friction"].dropna("state").any()
-
-
-def test_a_path_assessed_in_time() -> None:
-    import stripfold as sf
-
-    strip = sf.Strip(length=0.24, eta_b=3780.0)
-    path = sf.paths.triangular(strip)
-    for wrong in ({"fall": True}, {"pull": 1.0}, {}):
-        mu = 0.3 if wrong else -0.1
-        with pytest.raises(InvalidInputError, match="layer_friction"):
-            strip.assess(path, layer_friction=mu, model="rod", **wrong)
-    found = strip.assess(path, layer_friction=0.3, model="rod")
-    assert found.completed
-    assert found.contact == "nodal"
-    assert found.shape_error < 0.02 * strip.gravity_length

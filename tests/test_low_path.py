@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from stripfold import Strip, elastica, paths
-from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
-from stripfold.follow.track import SNAP, End, Track, peak_forces, shape_error
+from stripfold.follow.track import SNAP, End, peak_forces, shape_error
 from stripfold.paths import low_path
-from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
 
 
@@ -45,25 +43,3 @@ def test_a_snap_above_the_touch_limit() -> None:
     assert x + 7.0 == pytest.approx(elastica.critical(1.65).advance, abs=0.01)
     slope = (elastica.critical(1.66).advance - elastica.critical(1.64).advance) / 0.02
     assert event.angle == pytest.approx(np.degrees(np.arctan(1.0 / slope)), abs=0.5)
-
-
-@pytest.mark.parametrize(("length", "height"), [(12.0, 1.2), (9.6, 0.6)])
-def test_how_far_the_layer_slides(length: float, height: float) -> None:
-    """The formula of the touch against a rod on the whole path: the way of the point that touches first."""
-    found = assess_strip(StripModel(length, 0.02, kind="rod"), low_path.low(length, height))
-    assert low_path.layer_slide(length, height) == pytest.approx(_slide(found), abs=0.03)
-
-
-def test_a_short_strip_on_the_triangular_path_slides_less_than_its_unit() -> None:
-    """On no path can it slide less than from a touch at the touch limit."""
-    length = 9.8
-    slide = _slide(assess_strip(StripModel(length, 0.02, kind="rod"), triangular(length)))
-    assert low_path.layer_slide(length, elastica.touch_limit() * (1.0 - 1e-9)) < slide < 1.0
-
-
-def _slide(found: Track) -> float:
-    assert found.stable
-    problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
-    place = problem.model.s[columns_on_floor(problem.model, point)][:1]
-    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
-    return float(rest - first)

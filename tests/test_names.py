@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from stripfold.cli import main
-from test_vision_recording import ENTRIES
+from test_film_measure import ENTRIES
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from stripfold import cli
-from stripfold.base import extras, version
+from stripfold.base import extras
 from stripfold.base.errors import InvalidInputError, MissingExtraError
 from stripfold.film import video
 
@@ -53,36 +53,6 @@ def committed(folder: Path, tag: str = "") -> str:
     return head.stdout.strip()
 
 
-def version_of(folder: Path) -> str:
-    line = [sys.executable, "setup.py", "--quiet", "--version"]
-    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=True).stdout.split()[-1]
-
-
-def test_the_version_is_that_of_the_tag(tmp_path: Path):
-    (tmp_path / "pyproject.toml").write_text('[project]\nname = "x"\ndynamic = ["version"]\n')
-    (tmp_path / "setup.py").write_bytes((ROOT / "setup.py").read_bytes())
-    assert version_of(tmp_path) == "0.1.0.dev0"
-    committed(tmp_path)
-    assert version_of(tmp_path) == "0.1.0.dev1"
-    committed(tmp_path, "v3.2.1")
-    assert version_of(tmp_path) == "3.2.1"
-    later = committed(tmp_path)
-    assert version_of(tmp_path) == f"3.2.1.post1+g{later[:7]}"
-    # Unpacked in the checkout of something else.
-    sdist = tmp_path / "sdist"
-    sdist.mkdir()
-    (sdist / "PKG-INFO").write_text("Metadata-Version: 2.4\nName: x\nVersion: 5.0\n")
-    (sdist / "setup.py").write_bytes((ROOT / "setup.py").read_bytes())
-    assert version_of(sdist) == "5.0"
-
-
-def test_an_installed_copy_knows_its_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(version, "__file__", str(tmp_path / "base" / "version.py"))
-    assert version.git_commit(tmp_path) == "unknown"
-    (tmp_path / "commit.txt").write_text("abc123\n")
-    assert version.git_commit(tmp_path) == "abc123"
-
-
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     found = util.find_spec
     monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "av" else found(name))
@@ -99,31 +69,11 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytes
 def test_what_needs_no_extra():
     """In a process in which the optional modules cannot be imported."""
     blocked = [module for modules in extras.MODULES.values() for module in modules]
-    names = ("ask.strip", "ask.sweep", "cli", "ask.collapse", "film.measured")
+    names = ("ask.strip", "ask.sweep", "cli", "ask.collapse", "film.measure")
     code = f"import sys; sys.modules |= dict.fromkeys({[*blocked, 'snakemake']!r})\n"
     code += "\n".join(f"import stripfold.{name}" for name in names)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-
-
-PROGRAM = """#!/bin/sh
-echo "$0 $*" >> calls
-case "$1 $2" in "-m venv") mkdir -p "$3/bin"; cp "$0" "$3/bin/python"; cp "$0" "$3/bin/snakemake";; esac
-"""
-
-
-def test_make_makes_and_uses_the_environment_where_a_path_has_spaces(tmp_path: Path):
-    """With a program for Python, pip and Snakemake that only notes how it is called."""
-    here = tmp_path / "a b"
-    here.mkdir()
-    for name in ("Makefile", "environment.lock", "pyproject.toml"):
-        (here / name).write_bytes((ROOT / name).read_bytes())
-    (here / "program").write_text(PROGRAM)
-    (here / "program").chmod(0o755)
-    done = subprocess.run(["make", "all", "PYTHON=./program"], cwd=here, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert (here / ".venv/.complete").is_file()
-    assert (here / "calls").read_text().splitlines()[-1] == f"{here}/.venv/bin/snakemake all --cores all"
 
 
 def test_other_packages_need_the_same():

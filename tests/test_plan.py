@@ -14,20 +14,16 @@ import stripfold as sf
 from assessing import assess_path
 from stripfold import elastica
 from stripfold.ask import plan as planner
-from stripfold.ask import planned_motion
 from stripfold.ask.friction_needed import lost_with
 from stripfold.ask.inputs import PlanInputs
 from stripfold.ask.map import gripper_map
-from stripfold.ask.plan import FoldingPlan, distances_along
+from stripfold.ask.plan import FoldingPlan
 from stripfold.base.errors import InvalidInputError, NoPathError
 from stripfold.cli import main
-from stripfold.paths.curve import polygon_length
 from stripfold.paths.geometric import triangular
-from stripfold.paths.motion import timed
 
 ETA_B = 3780.0
 LIMIT = 1.5861708
-NAN = float("nan")
 
 
 def star(eta_b: float) -> float:
@@ -48,46 +44,6 @@ def asked(**given: Any) -> PlanInputs:
     return PlanInputs(**{"length": 0.5, "eta_b": ETA_B, **given})
 
 
-def times(places: Any, speed: float, acceleration: float) -> Any:
-    return timed(polygon_length(places), places, speed, acceleration).t
-
-
-class TestMotion:
-    def test_speed_rises_and_falls_linearly_on_a_line(self) -> None:
-        line = np.linspace([0.0, 0.0], [0.0, 0.3], 61)
-        found = times(line, 0.1, 0.2)
-        assert found[-1] == pytest.approx(0.3 / 0.1 + 0.1 / 0.2, abs=1e-12)
-        early = line[:, 1] <= 0.1**2 / (2.0 * 0.2)
-        np.testing.assert_allclose(line[early, 1], 0.5 * 0.2 * found[early] ** 2, atol=1e-12)
-        assert times(line, 10.0, 0.2)[-1] == pytest.approx(2.0 * np.sqrt(0.3 / 0.2), abs=1e-12)
-
-    def test_stops_in_a_corner(self) -> None:
-        up, over = np.linspace([0.0, 0.0], [0.0, 0.1], 21), np.linspace([0.0, 0.1], [0.2, 0.1], 41)
-        together = times(np.vstack([up, over[1:]]), 0.1, 0.2)
-        np.testing.assert_allclose(together[20:], together[20] + times(over, 0.1, 0.2), atol=1e-12)
-
-    def test_acceleration_on_a_circle(self) -> None:
-        """Truth: the largest steady speed on a circle is sqrt(a r); differences of the speed in time."""
-        angle = np.linspace(0.0, np.pi, 2001)
-        places = 0.05 * np.column_stack([-np.cos(angle), np.sin(angle)])
-        found = times(places, 1.0, 0.5)
-        speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(found)
-        assert speed.max() == pytest.approx(np.sqrt(0.5 * 0.05), rel=1e-3)
-        along = np.diff(speed) / (0.5 * (found[2:] - found[:-2]))
-        acceleration = np.hypot(along, speed[1:] * speed[:-1] / 0.05)
-        assert acceleration.max() == pytest.approx(0.5, rel=1e-2)
-
-    def test_length_travelled_over_time(self) -> None:
-        """On a line with 0.2 m/s^2 up to 0.1 m/s; a later start shifts the time only."""
-        z = np.linspace(0.0, 0.3, 61)
-        found = timed(z, np.column_stack([0.0 * z, z]), 0.1, 0.2)
-        assert [found.lam(t) for t in (0.3, 1.5, 9.0)] == pytest.approx([0.1 * 0.3**2, 0.125, 0.3], abs=1e-12)
-        assert [found.rate(t) for t in (0.3, 1.5, 9.0)] == pytest.approx([0.06, 0.1, 0.0], abs=1e-12)
-        later = found.starting_at(0.004)
-        assert later.lam(0.0) == pytest.approx(0.004, abs=1e-12)
-        assert later.lam(1.0) == pytest.approx(found.lam(1.0 + np.sqrt(2.0 * 0.004 / 0.2)), abs=1e-12)
-
-
 class TestMargin:
     def test_of_a_short_strip_is_the_distance_to_critical_points(self) -> None:
         length = 9.4
@@ -103,12 +59,6 @@ class TestMargin:
         away = np.linalg.norm(edge[:, None] - wall, axis=2).min()
         assert found == pytest.approx(away, abs=0.03)
 
-    def test_long_strips_snap(self) -> None:
-        """The second edge, x = length - z, meets the boundary lambda_c(z) above the touch limit, or does not."""
-        z = LIMIT + planner.snaps_above(14.0)
-        assert elastica.critical(z).state.advance == pytest.approx(14.0 - z, abs=1e-3)
-        assert planner.snaps_above(9.4) == 0.0
-
 
 class TestChoice:
     def test_low_path_keeps_its_distance_for_the_softest_strip(self, plan: FoldingPlan) -> None:
@@ -117,30 +67,6 @@ class TestChoice:
         assert plan.margin == pytest.approx(LIMIT * star(1.2 * ETA_B) - star(ETA_B), rel=1e-6)
         assert all(verdict.stable and verdict.completed for verdict in plan.choice.verdicts)
         assert max(verdict.shape_error for verdict in plan.choice.verdicts) < 1e-3
-
-    def test_the_worst_end_of_the_interval_decides(self) -> None:
-        """With the given eta_b alone there would be heights: 9 mm, bumps, to 10.6 mm."""
-        planner.choose(asked(layers_may_slide=True, margin=0.037, eta_b_uncertainty=0.0))
-        with pytest.raises(NoPathError) as caught:
-            planner.choose(asked(layers_may_slide=True, margin=0.037))
-        low = caught.value.refused[0]
-        # Bumps of half a millimetre: 2.08 z^4 L* on the elastica (docs/low-path.md).
-        lowest = (5e-4 * star(0.8 * ETA_B) ** 3 / 2.08) ** 0.25
-        missing = lowest - (LIMIT * star(1.2 * ETA_B) - 0.037)
-        assert (low.path, low.shortfall) == ("low", pytest.approx(missing, abs=5e-5))
-        with pytest.raises(NoPathError, match=r"with the margin, at most 0\.0 mm high"):
-            planner.choose(asked(layers_may_slide=True, margin=0.1))
-
-    def test_thick_strips_are_carried_higher(self) -> None:
-        """What lies gives: docs/low-path.md."""
-        h = np.sqrt(12.0 * 0.006 / ETA_B)
-        lowest = (0.24 * (1.8 + 5.8 * star(ETA_B)) * h**2) ** (1.0 / 3.0)
-        assert lowest > 0.4 * star(ETA_B)
-        margin = LIMIT * star(ETA_B) - lowest
-        given = {"length": 1.8, "eta_m": 0.006, "layers_may_slide": True, "eta_b_uncertainty": 0.0}
-        assert planner.choose(asked(**given, margin=margin - 1e-5)).margin == pytest.approx(margin - 1e-5)
-        with pytest.raises(NoPathError):
-            planner.choose(asked(**given, margin=margin + 1e-5))
 
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
@@ -165,27 +91,6 @@ class TestInTime:
         assert set(fast.to_dict()["in_time"]) == {"motions"}
         assert len(fast.to_dict()["in_time"]["motions"]) == fast.to_dataset()["planned_kinetic"].size == 3
 
-    def test_deviations_are_taken_at_the_same_place_of_the_gripper(self, plan: FoldingPlan) -> None:
-        states = plan.choice.verdicts[1].states
-        travelled = np.array([point.lam for _, point in states])
-        assert planned_motion.deviations(states, states, travelled).max() < 1e-9
-        # Half a state behind: half of the way that the gripper makes between states, at least.
-        late = travelled + 0.5 * np.gradient(travelled)
-        assert planned_motion.deviations(states[5:-5], states, late).max() > 0.2 * np.diff(travelled).max()
-
-    def test_says_what_it_does(self, strip: sf.Strip) -> None:
-        """Each eta_b in statics and in time: seconds pass in which nothing else is printed."""
-        said: list[str] = []
-        FoldingPlan.of(asked(length=strip.length, layers_may_slide=True, speed=0.1), said.append)
-        for eta_b in (0.8 * ETA_B, ETA_B, 1.2 * ETA_B):
-            assert f"low path, statics with eta_b = {eta_b:.4g}" in said
-            assert any(re.fullmatch(rf"following the path in time: \d+ %, with eta_b = {eta_b:.4g}", s) for s in said)
-
-    def test_what_happens_instead(self, strip: sf.Strip) -> None:
-        """A gripper that jerks away throws the strip off its static states."""
-        with pytest.raises(NoPathError, match=r"at 3 m/s with eta_b = 3024 the rod is .* off .*: move slower"):
-            strip.plan(layers_may_slide=True, speed=3.0, acceleration=50.0)
-
 
 class TestFriction:
     """A path that friction has to hold, with the solver."""
@@ -204,16 +109,6 @@ class TestFriction:
         given = {"friction_moment": 0.75 * moment, "yield_curvature": kappa_y}
         assert not assess_path(*followed, **given, model="rod", refinement=0.7).stable
 
-    def test_a_refusal_follows_the_strips_once(self) -> None:
-        """What would hold is an estimate: no path is followed for it."""
-        said: list[str] = []
-        with pytest.raises(
-            NoPathError, match=r"lost with a friction moment of 8e-05 N, .*; about \S+ N would do"
-        ) as caught:
-            planner.choose(asked(length=0.5, friction_moment=1e-4, margin=0.0), said.append)
-        assert caught.value.refused[-1].path == "r-path"
-        assert [line for line in said if line.startswith("r-path")] == ["r-path, friction with eta_b = 3024"]
-
     @pytest.mark.parametrize(
         ("length", "uncertainty", "moment"),
         [(14.0, 0.2, 0.040), (20.0, 0.05, 0.057), (30.0, 0.1, 0.113), (40.0, 0.2, 0.2)],
@@ -229,12 +124,6 @@ class TestFriction:
         assert about is not None
         scale = given.material.force_scale * star(ETA_B)
         assert 0.7 < float(about[1]) / (1.25 * moment * scale) < 1.4
-
-    def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
-        command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]
-        for bad in ("x", "1,2,3", "0", "0.001,0"):
-            assert main([*command, bad]) == 2
-            assert "_" in capsys.readouterr().err
 
 
 class TestFiles:
@@ -270,33 +159,8 @@ class TestFiles:
         back = sf.paths.read(csv, sf.Strip(length=0.26, eta_b=ETA_B))
         assert len(back.curve.pieces) == 3
 
-    def test_as_a_result(self, plan: FoldingPlan, tmp_path: Path) -> None:
-        plan.to_netcdf(tmp_path / "plan.nc")
-        assert plan.to_dataset().gripper_time.size == len(plan.waypoints)
-        (ax,) = plan.plot().axes
-        assert len(ax.lines) == 14  # with the floor
-        assert "low" in str(plan)
-
 
 class TestReport:
-    def test_distances_are_those_from_critical_points(self, plan: FoldingPlan) -> None:
-        """Up to the touch, nowhere nearer than the margin with the worst eta_b."""
-        distances = distances_along(plan)
-        assert np.nanmin(distances) == np.nanmin(distances[2])
-        assert plan.margin < np.nanmin(distances) < 1.3 * plan.margin
-        unit, length = star(1.2 * ETA_B), 0.36
-        wall = np.array([(elastica.critical(z).state.advance, z) for z in np.linspace(LIMIT + 1e-6, 7.0, 400)]) * unit
-        for i in (30, 80):
-            x, z = plan.waypoints[i, 1:3]
-            away = np.hypot(x + length / 2.0 - wall[:, 0], z - wall[:, 1]).min()
-            assert distances[2, i] == pytest.approx(away, abs=1e-4)
-        # It ends where the sag of a thin strip touches.
-        for eta_b, distance in zip((0.8 * ETA_B, ETA_B, 1.2 * ETA_B), distances, strict=True):
-            touch = star(eta_b) * elastica.critical(star(ETA_B) / star(eta_b)).state.advance - length / 2.0
-            first = int(np.argmax(np.isnan(distance)))
-            assert plan.waypoints[first, 1] == pytest.approx(touch, abs=2e-3)
-            assert np.isnan(distance[first:]).all()
-
     def test_a_page_in_one_file(self, plan: FoldingPlan, tmp_path: Path) -> None:
         plan.report(tmp_path / "plan.html")
         page = (tmp_path / "plan.html").read_text(encoding="utf-8")
@@ -307,13 +171,3 @@ class TestReport:
         assert page.count('class="worst"') == 1
         # Nothing is loaded from elsewhere.
         assert not re.search(r"""(src|href)\s*=\s*["'](?!#|data:)|url\((?!#)|<script|@import""", page)
-
-    def test_option(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-        page = tmp_path / "plan.html"
-        command = ["plan", "--length", "0.26", "--eta-b", "3780", "--report"]
-        assert main([*command, str(tmp_path / "plan.pdf")]) == 2
-        assert main([*command, str(page), "--margin", "0.05"]) == 6
-        assert not any(tmp_path.iterdir())
-        assert main([*command, str(page)]) == 0
-        assert str(page) in capsys.readouterr().out
-        assert "Not chosen" in page.read_text(encoding="utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pytest
@@ -12,13 +11,10 @@ import pytest
 import stripfold as sf
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.cli import main
 from stripfold.files.tables import read_table
-from stripfold.paths import FoldPath
-from stripfold.paths.table import LogFormat, smoothed
+from stripfold.paths.table import LogFormat
 
 STRIP = sf.Strip(length=0.45, eta_b=3780.0)
-ASKED = ["--length", "0.45", "--eta-b", "3780", "--model", "rod"]
 ROWS = np.array([[0.0, -0.225, 0.0], [1.0, -0.1, 0.15], [2.0, 0.0, 0.2], [3.5, 0.1, 0.15]])
 
 
@@ -68,17 +64,6 @@ def test_one_reader_reads_them_all(tmp_path: Path, data: bytes) -> None:
     assert read_table("path", file, "t,x,z", (2, 10)).numbers().tolist() == ROWS.tolist()
 
 
-@pytest.mark.parametrize("columns", ["time,tcp x,tcp z", "2,3,5", "TIME,3,tcp z"])
-def test_columns_by_name_or_number(tmp_path: Path, columns: str) -> None:
-    t, x, z = ROWS.T
-    rows = np.column_stack([np.arange(4), t, x, 0.0 * x, z])
-    names = columns.split(",")
-    for header in ("n,time,tcp x,tcp y,tcp z", ""):
-        file = write(tmp_path / "log.csv", rows, header)
-        if header or columns == "2,3,5":
-            assert read_table("path", file, "t,x,z", (2, 10), names).numbers().tolist() == ROWS.tolist()
-
-
 @pytest.mark.parametrize(
     ("text", "columns", "says"),
     [
@@ -102,22 +87,6 @@ def test_tables_without_the_columns(tmp_path: Path, text: str, columns: tuple[st
         read_table("path", file, "t,x,z", (2, 10), columns).numbers()
 
 
-def test_a_long_table_is_read_to_its_end(tmp_path: Path) -> None:
-    """19,500 rows of 78 characters: more than 1,280,000."""
-    t = np.linspace(0.0, 1.0, 19_500)
-    rows = np.column_stack([t, -0.225 * np.cos(np.pi * t), 0.225 * np.sin(np.pi * t)])
-    file = tmp_path / "long.csv"
-    np.savetxt(file, rows, delimiter=",", header="t,x,z", comments="", fmt="%.18e")
-    assert file.stat().st_size > 1_280_000
-    found = sf.paths.read(file, STRIP)
-    np.testing.assert_allclose(found.curve.position(found.curve.length), [0.225, 0.0], atol=1e-9)
-    assert len(read_table("path", file, "t,x,z", (2, 20_000)).rows) == 19_500
-
-
-def end(path: FoldPath) -> Array:
-    return path.curve.position(path.curve.length)
-
-
 def test_columns_unit_and_frame(tmp_path: Path) -> None:
     """A log in millimetres in the frame of a robot that sees the strip from its other side."""
     t, x, z = ROWS.T
@@ -139,23 +108,6 @@ def test_a_unit_that_is_given_or_in_the_header(tmp_path: Path, header: str, unit
     if unit != "cm" or "cm" in header:
         with pytest.raises(InvalidInputError, match=r"unit = 'mm' .* cm, as the header says"):
             sf.paths.read(file, STRIP, unit="mm")
-
-
-def test_it_is_said_what_was_assumed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    file = tmp_path / "log.csv"
-    for text, says in (
-        (
-            EXCEL.encode("utf-16-le"),
-            "log.csv is read as utf-16-le, with semicolons between its columns",
-        ),
-        (PLAIN.replace("t,x,z", "# time,tcp_x,tcp_z").encode(), "with its columns 'time, tcp_x, tcp_z' as t,x,z"),
-        (PLAIN.encode(), ""),
-    ):
-        caplog.clear()
-        file.write_bytes(text)
-        sf.paths.read(file, STRIP)
-        assert says in caplog.text
-        assert bool(says) == bool(caplog.text)
 
 
 @pytest.mark.parametrize("factor", [1.0, 1e9])
@@ -191,44 +143,6 @@ def test_what_is_no_format(given: dict[str, str], says: str) -> None:
         LogFormat(**given)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("move", "says"),
-    [
-        ([0.0, 0.0, 0.003], "starts 0 mm in x and 3 mm in z off"),
-        ([0.0, 0.001, 0.0], "starts 1 mm in x and 0 mm in z off"),
-    ],
-)
-def test_a_log_that_is_a_little_off_is_moved(tmp_path: Path, move: list[float], says: str) -> None:
-    found = sf.paths.read(write(tmp_path / "log.csv", ROWS + np.array(move)), STRIP)
-    (warning,) = found.curve.warnings
-    assert says in warning
-    np.testing.assert_allclose(end(found), [0.1, 0.15], atol=1e-9)
-    assert found.curve.position(0.0) == pytest.approx([-0.225, 0.0])
-
-
-def test_a_log_a_little_below_the_floor_is_kept_on_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    rows = np.vstack([ROWS, [4.0, 0.2, 0.003], [4.2, 0.21, -0.0002], [4.4, 0.22, -0.0005]])
-    write(tmp_path / "log.csv", rows)
-    found = sf.paths.read(tmp_path / "log.csv", STRIP)
-    assert "0.5 mm below the floor" in found.curve.warnings[0]
-    assert found.places[:, 2].min() >= 0.0
-    assert main(["assess", "log.csv", *ASKED]) == 0
-    assert "stripfold: warning: the path goes 0.5 mm below the floor" in capsys.readouterr().err
-    with pytest.raises(InvalidInputError, match="the floor"):
-        sf.paths.read(
-            write(tmp_path / "low.csv", rows - np.array([0.0, 0.0, 0.006])[None] * (rows[:, :1] > 4.0)), STRIP
-        )
-
-
-def test_beyond_the_strips_length(tmp_path: Path) -> None:
-    rows = np.array([[0.0, -0.225, 0.0], [1.0, -0.226, 0.001], [2.0, 0.0, 0.2]])
-    found = sf.paths.read(write(tmp_path / "log.csv", rows), STRIP)
-    assert "1 mm beyond the strip's length" in found.curve.warnings[0]
-
-
 def logged(kind: str, noise: float, seed: int = 0) -> tuple[Array, Array]:
     """A planned path as a robot logs it, shape (1201, 3), with noise; and the path without."""
     curve = getattr(sf.paths, kind)(STRIP).curve
@@ -254,27 +168,3 @@ def test_noise_is_smoothed_to_a_tolerance(tmp_path: Path, kind: str) -> None:
     # By the log's times: the robot is slow at both ends.
     t = verdicts[0].critical[0]["t"] / 10.0
     assert t**2 * (3.0 - 2.0 * t) == pytest.approx(verdicts[1].critical[0]["t"], abs=5e-3)
-
-
-def test_noise_costs_little(tmp_path: Path) -> None:
-    seconds = []
-    for noise, smooth in ((0.0, None), (2e-4, 1e-3)):
-        file = write(tmp_path / "log.csv", logged("r_path", noise)[0])
-        STRIP.assess(sf.paths.read(file, STRIP, smooth=smooth), model="rod")
-        began = perf_counter()
-        STRIP.assess(sf.paths.read(file, STRIP, smooth=smooth), model="rod")
-        seconds.append(perf_counter() - began)
-    assert seconds[1] < 4.0 * seconds[0] + 0.2
-
-
-def test_smoothing_keeps_within_the_tolerance() -> None:
-    rows, true = logged("triangular", 2e-4, seed=3)
-    found, keep = smoothed(rows[:, 1:], 1e-3)
-    apart = np.linalg.norm(found - rows[:, 1:], axis=1).max()
-    assert 0.8e-3 < apart <= 1e-3
-    steps = np.linalg.norm(np.diff(found[keep], axis=0), axis=1)
-    assert steps.min() >= 1e-3 - 1e-12
-    assert keep[[0, -1]].all()
-    few, all_kept = smoothed(true[::200], 1e-3)
-    assert few is not None
-    assert all_kept.all()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,9 +11,7 @@ import stripfold as sf
 from stripfold import elastica
 from stripfold.ask.second_gripper import before_snap, hold
 from stripfold.ask.second_on_path import second_on_path
-from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
-from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End
@@ -56,36 +51,3 @@ def test_the_place_of_the_mode_lays_the_strip_down_and_one_near_the_gripper_does
     assert not auto.snap
     assert near.snap
     assert auto.gain > 5.0 * near.gain > 0.0
-
-
-def test_none_is_needed() -> None:
-    low = sf.paths.low(LONG, 0.036)
-    assert LONG.assess(low, model="rod", second_gripper="auto").second_gripper is None
-
-
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file, data = tmp_path / "path.csv", tmp_path / "path.nc"
-    sf.paths.triangular(LONG).to_csv(file)
-    asked = ["assess", str(file), "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--second-gripper"]
-    assert main([*asked, "auto", "--json", "--output", str(data)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    second, (event,) = found["second_gripper"], found["critical"]
-    assert not second["snap"]
-    assert second["t"] < event["t"] < second["end_t"]
-    assert found["units"]["end_x"] == "m"
-    assert data.is_file()
-    assert main([*asked, "0.03"]) == 0
-    assert "snap         yes" in capsys.readouterr().out.replace("  snap ", "snap   ")
-    assert main([*asked, "auto", "--check"]) == 1
-
-
-@pytest.mark.parametrize("more", [{"friction_moment": 1e-4}, {"layer_friction": 0.2}])
-def test_no_friction_with_it(more: dict[str, Any]) -> None:
-    with pytest.raises(InvalidInputError, match="second_gripper"):
-        LONG.assess(sf.paths.triangular(LONG), model="rod", second_gripper="auto", **more)
-
-
-@pytest.mark.parametrize("place", [0.0, -0.01, 0.5, "middle", float("nan")])
-def test_no_such_place(place: Any) -> None:
-    with pytest.raises(InvalidInputError, match="second_gripper"):
-        LONG.assess(sf.paths.triangular(LONG), model="rod", second_gripper=place)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stripfold.ask.collapse_record import in_solver_units
+from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.errors import InvalidInputError
 
@@ -29,33 +29,6 @@ def test_solver_units() -> None:
 def test_resolved_keys_give_the_same() -> None:
     asked = Simulation(**STRIP, air=1.0)
     assert Simulation(**asked.as_config()) == asked
-
-
-@pytest.mark.parametrize(
-    ("change", "key", "says"),
-    [
-        ({"heigth": 0.1}, "heigth", "did you mean height"),
-        ({"eta_b": None}, "eta_b", "a number"),
-        ({"length": 600.0}, "length", "600 mm is 0.6 m"),
-        ({"length": 0.2}, "length", "too short"),
-        ({"air": -1.0}, "air", "from 0"),
-        ({"air": float("nan")}, "air", "from 0"),
-        ({"stiffness": "soft"}, "stiffness", "a number"),
-        ({"speed": 50}, "speed", "m s"),
-        ({"disturbance": True}, "disturbance", "a number"),
-        ({"until": "tomorrow"}, "until", "rest, touch"),
-    ],
-)
-def test_bad_input_names_the_key(change: dict[str, object], key: str, says: str) -> None:
-    with pytest.raises(InvalidInputError, match=says) as caught:
-        Simulation(**{**STRIP, **change})
-    assert caught.value.key == key
-
-
-def test_a_missing_key() -> None:
-    with pytest.raises(InvalidInputError, match="missing") as caught:
-        Simulation(length=0.6, height=0.15)
-    assert caught.value.key == "eta_b"
 
 
 @pytest.mark.parametrize("text", ["- 1\n- 2\n", "length: [", "", "just words"])

@@ -14,7 +14,6 @@ from scipy.special import jv
 
 from oracles.held_solid import clamped
 from stripfold import elastica
-from stripfold.follow import statics
 from stripfold.solve import newton
 from stripfold.strip.problem import AlongX, StripProblem
 from stripfold.strip.solid import Solid
@@ -128,7 +127,7 @@ def folded(thickness: float, element: float) -> dict[str, float]:
     # the strip's own weight besides.
     landing, behind = s < loop.arc / 2.0, s < loop.arc + 1.0
     lifting = vertical[behind & ~landing].sum() - (weight[behind].sum() - loop.arc)
-    section = q[model.mesh.unknowns[0, -1]] - q[model.mesh.unknowns[0, 0]]
+    section = q[model.unknowns[0, -1]] - q[model.unknowns[0, 0]]
     return {
         "height": top - loop.height,
         "landing": vertical[landing].sum() - loop.landing_reaction,
@@ -152,44 +151,3 @@ def test_folded_loop():
         # What the floor's nodes leave: its reaction cannot sit between two of them.
         assert abs(f["horizontal"]) < 3e-4
         assert abs(f["angle"]) < 0.05
-
-
-@pytest.mark.parametrize("height", [1.0, 3.0])
-def test_lifted_without_horizontal_force(height):
-    """Truth: the elastica at the same height with F_x = 0: shape, gripper's place and force; lifted from flat."""
-    length, thickness = 8.0, (0.2, 0.1, 0.05)
-    truth = elastica.state_no_horizontal_force(height)
-    errors = []
-    for h in thickness:
-        ((_, at),) = statics.lift(statics.StripModel(length, h).contact_mesh(0.5), [height])
-        model = at.model
-        x, force = model.mid_surface(at.u), at.point.state.force
-        exact = truth.at(np.clip(truth.length - model.s, 0.0, truth.length))
-        free = model.s < truth.length
-        wanted = np.where(free, truth.length - length / 2.0 - exact.x, model.s - length / 2.0)
-        shape = np.hypot(x[:, 0] - wanted, x[:, 1] - np.where(free, exact.z, 0.0)).max()
-        gripper = truth.force_0 + truth.length
-        errors.append([shape, x[0, 0] + length / 2.0 - truth.advance, force[model.middle[0, 1]] - gripper])
-        assert abs(force[model.middle[-1, 0]]) < 1e-10
-    check_orders(thickness, np.array(errors), 2.0, 0.15)
-    assert np.all(np.abs(errors[-1]) < [1e-3, 5e-4, 1.2e-3])
-
-
-@pytest.mark.parametrize("thickness", [1e-3, 3e-4, 1e-4])
-def test_very_thin_strips_are_lifted(thickness):
-    """Thicknesses that the configuration allows (eta_m down to 1e-9): as near to the elastica as thicker ones."""
-    ((_, at),) = statics.lift(statics.StripModel(8.0, thickness).contact_mesh(), [1.0])
-    truth = elastica.state_no_horizontal_force(1.0)
-    assert at.model.mid_surface(at.u)[0, 0] + 4.0 == pytest.approx(truth.advance, abs=3e-4)
-
-
-def test_every_requested_height_is_returned():
-    """One lift yields all heights, ascending, each converged with the gripper exactly there."""
-    heights = [0.3, 0.31, 1.7, 2.5]
-    found = list(statics.lift(statics.StripModel(8.0, 0.05).contact_mesh(), heights))
-    assert [h for h, _ in found] == heights
-    for height, at in found:
-        truth = elastica.state_no_horizontal_force(height)
-        place = at.model.mid_surface(at.u)[0]
-        assert place[1] == pytest.approx(height, abs=1e-14)
-        assert place[0] + 4.0 == pytest.approx(truth.advance, abs=1e-3)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 import pytest
 
+from oracles.branches import check_branch
 from oracles.toys import NONE, Truss
-from stripfold.base.errors import SolveError
 from stripfold.solve import continuation
-from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import critical_point
-from stripfold.solve.events import Crossing, Event, always, never
+from stripfold.solve.continuation import Crossing, Event, StepOptions
+from stripfold.solve.critical import LIMIT
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point
 
@@ -23,9 +23,9 @@ STEPS = StepOptions(first=0.02, largest=0.05, newton=NewtonOptions(force_toleran
 LONG = StepOptions(first=0.2, largest=0.2, min_cosine=-1.0, max_correction=np.inf)
 
 
-def sinks(depth: float, tolerance: float = 1e-6, located: Callable[[Point], bool] = always) -> Event:
+def sinks(depth: float, tolerance: float = 1e-6) -> Event:
     """The event that the loaded point is this far down."""
-    return Event(f"depth {depth}", lambda point, _: point.q[1] < -depth, tolerance, located=located)
+    return Event(f"depth {depth}", lambda point, _: point.q[1] < -depth, tolerance)
 
 
 def followed(events: Sequence[Event], options: StepOptions = STEPS, depth: float = 0.7) -> list[Point | Crossing]:
@@ -36,12 +36,13 @@ def followed(events: Sequence[Event], options: StepOptions = STEPS, depth: float
         out.append(item)
         if isinstance(item, Point) and item.q[1] < -depth:
             break
+    check_branch(problem, [item for item in out if isinstance(item, Point)])
     return out
 
 
 def test_each_is_found_once_where_it_is() -> None:
     """Truth: the depth given; the first limit point of the truss at a depth of b - b / sqrt(3), at its limit load."""
-    limit = critical_point(1e-9)
+    limit = replace(LIMIT, tolerance=1e-5)
     deep = sinks(0.5)
     crossings = [item for item in followed([deep, limit]) if isinstance(item, Crossing)]
     assert [crossing.event for crossing in crossings] == [limit, deep]
@@ -65,26 +66,9 @@ def test_the_order_is_that_of_the_branch() -> None:
 
 
 def test_what_is_not_located_is_reported_with_its_step() -> None:
-    found = followed([sinks(0.1, located=never)], depth=0.2)
+    found = followed([sinks(0.1, tolerance=inf)], depth=0.2)
     at = next(i for i, item in enumerate(found) if isinstance(item, Crossing))
     crossing = found[at]
     assert isinstance(crossing, Crossing)
     assert (crossing.before, crossing.after) == (found[at - 1], found[at + 1])
     assert crossing.evaluations == 0
-
-
-def test_it_is_looked_for_again_once_it_is_over() -> None:
-    """The point goes below the depth once; the load passes its value on the way up, and, past both limits, again."""
-    load = 0.5 * TRUSS.limit_load
-    high = Event("load", lambda point, _: point.lam > load, 1e-6)
-    crossings = [item for item in followed([high]) if isinstance(item, Crossing)]
-    assert len(crossings) == 2
-    assert crossings[1].before.lam == pytest.approx(load, abs=1e-6)
-
-
-def test_a_bracket_that_stays_wide() -> None:
-    problem = TRUSS.problem()
-    first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, STEPS)
-    after = continuation.step(problem, first, 0.05, STEPS)
-    with pytest.raises(SolveError, match="only bracketed to"):
-        continuation.locate(problem, Crossing(sinks(0.01, 1e-12), first, after), STEPS, max_evaluations=5)

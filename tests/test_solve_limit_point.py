@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss
 from stripfold.base.errors import NewtonError, SolveError
-from stripfold.solve import continuation, critical, limit_point
+from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Problem, Tangent
@@ -24,9 +25,9 @@ TOP = RISE / sqrt(3.0) - RISE
 DOWN = Tangent(np.array([0.0, -1.0]), 0.0)
 
 
-def solve(q: float, lam: float, tolerance: float = 1e-10, towards: Tangent = DOWN) -> limit_point.LimitPoint:
+def solve(q: float, lam: float, tolerance: float = 1e-10, towards: Tangent = DOWN) -> critical.LimitPoint:
     """The truss's limit point from an apex displacement."""
-    return limit_point.solve(TRUSS.problem(), np.array([0.0, q]), lam, towards, NONE, TIGHT, tolerance=tolerance)
+    return critical.limit_point(TRUSS.problem(), np.array([0.0, q]), lam, towards, NONE, TIGHT, tolerance=tolerance)
 
 
 @pytest.mark.parametrize(("q", "share"), [(0.5 * TOP, 0.8), (0.9 * TOP, 1.0), (1.2 * TOP, 1.1), (0.5 * TOP, 0.0)])
@@ -54,22 +55,6 @@ def test_quadratic():
     assert len(slopes) <= 8
 
 
-def test_prescribed_unknowns_move_with_lambda():
-    """Truth: with x = lambda prescribed, y^3 - 3 y + 2 - x = 0 turns back at y = -1, x = 4."""
-
-    def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        x, y = q
-        k = np.array([[1.0, -1.0], [-1.0, 3.0 * y**2 - 3.0]])
-        return np.array([x - y, y**3 - 3.0 * y + 2.0 - x]), k, np.zeros(2)
-
-    problem = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
-    start = np.array([3.0, -1.4])
-    found = limit_point.solve(problem, start, 3.0, Tangent(np.array([0.0, 1.0]), 0.0), NONE, TIGHT, tolerance=1e-9)
-    assert found.state.lam == pytest.approx(4.0, abs=1e-10)
-    assert found.state.q == pytest.approx([4.0, -1.0], abs=1e-7)
-    assert found.bend.lam == pytest.approx(-6.0, rel=1e-4)
-
-
 def test_lee_frame():
     """The same as by bracketing, from a state far from it: 19 elements in large displacements."""
     options = StepOptions(first=1.0, largest=8.0, smallest=1e-4, kink=0.05, newton=NewtonOptions(largest_step=30.0))
@@ -79,12 +64,10 @@ def test_lee_frame():
         if critical.is_past(after, before):
             break
         before = after
-    bracketed = continuation.narrow(
-        continuation.Crossing(critical.critical_point(1e-8), before, after),
-        lambda at, ds: continuation.step(frame, at.before, ds, options),
-    )
+    event = replace(critical.LIMIT, tolerance=1e-5)
+    bracketed = continuation.locate(frame, continuation.Crossing(event, before, after), options)
     found = critical.near(frame, before, 1e-8, options)
-    assert found.lam == pytest.approx(bracketed.before.lam, abs=2e-8)
+    assert found.lam == pytest.approx(bracketed.before.lam, abs=1e-7)
     assert found.agree
     assert found.width <= 1e-8
 
@@ -106,17 +89,11 @@ class TestCheck:
         with pytest.raises(SolveError, match="no maximum"):
             critical.checked(TRUSS.problem(), lower, 1e-8, STEPS)
 
-    def test_travelled_backwards(self):
-        """From the unstable side lambda rises to it as well."""
-        up = solve(0.9 * TOP, TRUSS.limit_load, towards=Tangent(-DOWN.q, 0.0))
-        with pytest.raises(SolveError, match="does not lose its stability"):
-            critical.checked(TRUSS.problem(), up, 1e-8, STEPS)
-
     def test_behind_a_bifurcation(self):
         """The steep truss has swayed to a side before its limit load: neither side is stable."""
         steep = Truss(1.0, 2.0, stiffness=3.0)
         q = np.array([0.0, 2.0 / sqrt(3.0) - 2.0 + 0.01])
-        found = limit_point.solve(steep.problem(), q, steep.limit_load, DOWN, NONE, TIGHT)
+        found = critical.limit_point(steep.problem(), q, steep.limit_load, DOWN, NONE, TIGHT)
         assert found.state.lam == pytest.approx(steep.limit_load, rel=1e-9)
         with pytest.raises(SolveError, match="does not lose its stability"):
             critical.checked(steep.problem(), found, 1e-6, STEPS)
@@ -126,28 +103,5 @@ def test_there_is_none():
     """A branch on which lambda always rises: an error with the history, no point."""
     rising = Toy(1, lambda q, lam: (q**3 + q - lam, np.diag(3.0 * q**2 + 1.0), -np.ones(1)))
     with pytest.raises(NewtonError) as error:
-        limit_point.solve(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
+        critical.limit_point(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
     assert error.value.residuals
-
-
-def test_prescribed_unknowns_are_in_place():
-    """A limit point at another value of a prescribed unknown is none, though all other forces are balanced."""
-
-    def problem(height: float) -> Toy:
-        def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            y = q[1] - 0.3
-            force = np.array([0.0, lam - height - q[0] + y**2 + 0.1 * y**3])
-            return force, np.array([[1.0, 0.0], [-1.0, 2.0 * y + 0.3 * y**2]]), np.array([0.0, 1.0])
-
-        toy = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
-        object.__setattr__(toy, "prescribed_values", lambda lam: np.array([height]))
-        object.__setattr__(toy, "prescribed_rates", lambda lam: np.zeros(1))
-        return toy
-
-    towards = Tangent(np.array([0.0, 1.0]), 0.0)
-    # The limit point at the height 1, but for what makes a matrix exactly singular.
-    start = np.array([1.0, 0.3 + 1e-7])
-    assert limit_point.solve(problem(1.0), start, 2.0, towards, NONE, TIGHT).state.lam == pytest.approx(2.0, abs=1e-10)
-    found = limit_point.solve(problem(2.0), start, 3.0, towards, NONE, TIGHT)
-    assert found.state.q[0] == 2.0
-    assert found.state.lam == pytest.approx(4.0, abs=1e-10)

@@ -11,7 +11,6 @@ from oracles.toys import Toy
 from stripfold.base.errors import SolveError
 from stripfold.solve.linear import Band, BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
-from stripfold.strip.solid import Solid
 
 SIZE, NODES = 60, 5
 
@@ -31,7 +30,9 @@ def assembled(seed: int, shift: float = 0.0) -> tuple[Band, np.ndarray]:
     for at, element in zip(unknowns, elements, strict=True):
         dense[np.ix_(at, at)] += element
     pattern = BandPattern.of(unknowns, SIZE)
-    return pattern.assemble(elements) + pattern.diagonal(np.full(SIZE, -shift)), dense - shift * np.eye(SIZE)
+    band = pattern.assemble(elements)
+    band.diagonal()[:] -= shift
+    return band, dense - shift * np.eye(SIZE)
 
 
 def shift_between(seed: int, negatives: int) -> float:
@@ -79,14 +80,6 @@ class TestBand:
         np.testing.assert_allclose(band.factor()(x), np.linalg.solve(dense, x), atol=1e-13)
         np.testing.assert_array_equal(band.to_sparse().toarray(), dense)
 
-    @pytest.mark.parametrize(("order", "across"), [(1, 2), (2, 1), (2, 2)])
-    def test_the_smallest_mesh_allowed(self, order, across):
-        """Three elements are allowed; their matrix is nearly full."""
-        model = Solid.of(1.0, 0.1, order=order, elements=3, across=across)
-        k = model.force_and_tangent(np.zeros(model.size))[1]
-        x = np.random.default_rng(1).standard_normal(model.size)
-        np.testing.assert_allclose(k @ x, k.to_sparse() @ x, rtol=1e-12)
-
     @pytest.mark.parametrize("negatives", [0, 3])
     @pytest.mark.parametrize("fixed", [[], [0], [SIZE - 1, 4], [0, 1, 2, 30, 31, SIZE - 1]])
     def test_fixed_unknowns(self, fixed, negatives):
@@ -124,18 +117,6 @@ class TestBand:
         with pytest.raises(SolveError, match="singular"):
             make(np.diag([1.0, 2.0, 0.0, 3.0])).factor()
 
-    def test_the_count_of_an_exactly_singular_matrix_is_refused(self):
-        """A negative eigenvalue beside the zero, so that it takes more than a look for a definite matrix."""
-        with pytest.raises(SolveError, match="singular"):
-            BandPattern.of(np.arange(4)[None], 4).assemble(np.diag([1.0, -2.0, 0.0, 3.0])[None]).negatives()
-
-    def test_a_count_that_would_need_a_pivot_is_refused(self):
-        """Truth: [[0, 1], [1, 0]] has one negative eigenvalue; without pivoting it cannot be counted."""
-        a = np.array([[0.0, 1.0], [1.0, 0.0]])
-        assert Dense(a).negatives() == 1
-        with pytest.raises(SolveError):
-            BandPattern.of(np.arange(2)[None], 2).assemble(a[None]).negatives()
-
 
 class TestBordered:
     """Truth: numpy on the whole matrix of one more row and column."""
@@ -170,12 +151,6 @@ class TestBordered:
         x, y = solve_bordered(band.factor(), band, column, row, -1.0, rhs[:-1], rhs[-1])
         np.testing.assert_allclose(np.append(x, y), exact, atol=1e-9 * np.abs(exact).max())
 
-    def test_a_singular_border_is_refused(self):
-        k = Dense(np.eye(3))
-        row = np.array([1.0, 0.0, 0.0])
-        with pytest.raises(SolveError, match="bordered"):
-            solve_bordered(k.factor(), k, row, row, 1.0, np.zeros(3), 1.0)
-
 
 class TestEigenvalues:
     """Truth: scipy's dense solver on the free unknowns."""
@@ -201,11 +176,6 @@ class TestEigenvalues:
         k, _ = symmetric(np.r_[smallest, np.linspace(5.0, 50.0, n - 2)])
         self.compare(k, np.array([], dtype=np.intp))
 
-    @pytest.mark.parametrize("n", [12, 40])
-    def test_held_unknowns(self, n):
-        k, _ = symmetric(np.linspace(1.0, 50.0, n), seed=2)
-        self.compare(k, np.array([0, 3, n - 1]))
-
     @pytest.mark.parametrize(
         "n",
         [12, 40],
@@ -214,38 +184,3 @@ class TestEigenvalues:
         """Several negative eigenvalues: the two nearest zero are asked for."""
         k, _ = symmetric(np.r_[-30.0, -20.0, -0.2, 0.3, np.linspace(5.0, 50.0, n - 4)], seed=3)
         self.compare(k, np.array([], dtype=np.intp))
-
-    def test_a_start_vector_without_the_mode(self):
-        """An exactly symmetric start vector, as the last mode of a symmetric structure is: the critical mode is not.
-
-        Truth: a mirror-symmetric chain whose softest mode is antisymmetric.
-        """
-        n = 41
-        x = np.linspace(-1.0, 1.0, n)
-        odd, even = np.sin(np.pi * x), np.cos(0.5 * np.pi * x)
-        odd, even = odd / np.linalg.norm(odd), even / np.linalg.norm(even)
-        k = 5.0 * np.eye(n) - 5.001 * np.outer(odd, odd) - 4.0 * np.outer(even, even)
-        k = 0.5 * (k + k[::-1, ::-1])
-        self.compare(k, np.array([], dtype=np.intp), guess=even)
-        self.compare(k, np.array([], dtype=np.intp), guess=np.ones(n))
-
-    def test_a_singular_mass(self):
-        """The strip's mass matrix has directions without mass; truth: the pencil with them condensed out."""
-        n = 30
-        k, _ = symmetric(np.linspace(0.3, 20.0, n), seed=4)
-        light = np.arange(20, n)
-        mass = np.ones(n)
-        mass[light] = 0.0
-
-        class Light(Toy):
-            @property
-            def mass(self) -> Dense:
-                return Dense(np.diag(mass))
-
-        problem = Light(n, lambda q, lam: (k @ q, k, np.zeros(n)))
-        found, _ = nearest_eigenvalues(problem.mass, Dense(k), Dense(k).factor(), np.array([], dtype=np.intp))
-        heavy = np.arange(20)
-        schur = k[np.ix_(heavy, heavy)] - k[np.ix_(heavy, light)] @ np.linalg.solve(
-            k[np.ix_(light, light)], k[np.ix_(light, heavy)]
-        )
-        np.testing.assert_allclose(found, np.linalg.eigvalsh(schur)[:2], rtol=1e-7)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from itertools import pairwise
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,12 +11,8 @@ from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.base.errors import InvalidInputError
 from stripfold.cli import main
-from stripfold.elastica.boundary import TAUT
-from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
-from stripfold.elastica.second_variation import smallest_eigenvalue
-from stripfold.follow.statics import StripModel, follow, solve_height
-from stripfold.paths.curve import GripperPath, Interpolated
-from stripfold.paths.low_path import low
+from stripfold.elastica.half_fold import critical_state_fixed_lift_off
+from stripfold.follow.statics import StripModel, solve_height
 
 LENGTH = 12.0
 STRIP = ["map", "--length", "0.3", "--eta-b", "3780"]
@@ -57,12 +50,6 @@ def test_ends_of_the_boundaries(found: GripperMap) -> None:
     assert tuple(found.lifted_landed[-1]) == pytest.approx((2.0 * LENGTH - 4.683470 + 2.484620, 0.0), abs=1e-5)
 
 
-def test_a_taut_strip_is_a_string(found: GripperMap) -> None:
-    """Truth: the state with the tension of the last string."""
-    *_, taut = states_drawn_taut(LENGTH, TAUT * 1e4 ** (1.0 / 50.0))
-    assert tuple(found.lifted[50]) == pytest.approx((taut.advance, taut.gripper[1]), abs=2e-5)
-
-
 def test_where_a_strip_hangs_and_lies(found: GripperMap) -> None:
     for z in (0.8, 3.0, 6.0):
         least, largest = found.hanging(np.array(z))
@@ -80,28 +67,6 @@ def test_where_a_strip_hangs_and_lies(found: GripperMap) -> None:
         assert bool(found.lies(largest - 1e-5, np.array(z))) is (z > elastica.touch_limit())
         assert found.lies(largest + 0.1, np.array(z))
     assert np.isnan(found.hanging(np.array(LENGTH))).all()
-
-
-@pytest.mark.parametrize("z", [2.0, 4.0])
-def test_a_landed_strip_goes_beyond_and_comes_off_at_the_touch_boundary(z: float) -> None:
-    """A rod carried over low and then raised does not snap at the snap boundary; on its way back it comes off."""
-    length = 14.0
-    found = gripper_map(length)
-    off, snaps = float(found.touch.at(z)), float(found.snap.at(z))
-    lift = low(length, 1.0).pieces[0]
-    corners = [
-        lift.position(lift.end),
-        *((x - length / 2.0, y) for x, y in ((11.0, 1.0), (snaps + 1.0, z), (off - 0.5, z))),
-    ]
-    pieces = [lift]
-    for ends in pairwise(corners):
-        pieces.append(Interpolated.through(np.array(ends), pieces[-1].end, "straight"))
-    path = GripperPath("low, then high", tuple(pieces))
-    followed = follow(StripModel(length, 0.01, kind="rod").contact_mesh(1.0), path, length)
-    assert followed.critical is not None
-    assert followed.pieces[-1] == 3
-    x, _ = path.position(followed.critical.lam)
-    assert x + length / 2.0 == pytest.approx(off, abs=2e-3)
 
 
 def test_margin_against_many_critical_points(found: GripperMap) -> None:
@@ -140,20 +105,6 @@ def test_eigenvalues_against_a_thin_rod(found: GripperMap) -> None:
     assert ours == pytest.approx([point.eigenvalues[0] for point in points], rel=5e-3)
 
 
-@pytest.mark.parametrize("z", [0.6, 1.65, 3.0, 8.2])
-def test_eigenvalues_are_those_of_the_states(found: GripperMap, z: float) -> None:
-    largest = float(found.hanging(np.array(z))[1])
-    advance = largest - np.array([0.02, 0.3, 1.0, 3.0])
-    exact = [smallest_eigenvalue(elastica.state_at_advance(z, a)) for a in advance]
-    assert found.eigenvalues(advance, z) == pytest.approx(exact, rel=2e-3)
-
-
-def test_unstable_states_have_no_smallest_eigenvalue() -> None:
-    both = elastica.bistable_range(3.0)
-    assert both is not None
-    assert np.isnan(smallest_eigenvalue(both.pair(both.critical.advance - 1e-3)[1]))
-
-
 def test_in_si(tmp_path) -> None:
     in_si = sf.Strip(length=0.3, eta_b=3780, rho_a=0.2).map()
     unit, found = in_si.strip.gravity_length, in_si.in_star
@@ -180,15 +131,6 @@ def test_in_si(tmp_path) -> None:
     assert len(in_si.plot().axes) == 1
 
 
-def test_command(capsys, tmp_path) -> None:
-    data, picture = tmp_path / "map.nc", tmp_path / "map.png"
-    assert main([*STRIP, "--json", "--output", str(data), "--plot", str(picture)]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["touch_limit"] == pytest.approx(0.04757, abs=1e-5)
-    assert data.is_file()
-    assert picture.is_file()
-
-
 @pytest.mark.parametrize(
     ("options", "word"),
     [
@@ -208,9 +150,3 @@ def test_bad_input(options: list[str], word: str, capsys, tmp_path, monkeypatch)
     assert word in told
     assert told.count("\n") == 1
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("length", [6.9, 101.0, "long", float("nan")])
-def test_lengths(length) -> None:
-    with pytest.raises(InvalidInputError):
-        gripper_map(length)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import subprocess
 from pathlib import Path
 
 import netCDF4
@@ -71,16 +69,6 @@ def test_the_same_content_gives_the_same_bytes(tmp_path):
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
-def test_it_is_compressed_netcdf4(tmp_path):
-    store.write(example(), tmp_path / "a.nc", title="A test")
-    with netCDF4.Dataset(tmp_path / "a.nc") as raw:
-        assert raw.data_model == "NETCDF4"
-        for name in ("lam", "held", "step", "height"):
-            assert raw[name].filters()["zlib"], name
-            assert raw[name].filters()["fletcher32"], name
-        assert "_FillValue" not in raw["height"].ncattrs()
-
-
 def test_who_made_it_from_what(tmp_path):
     for name in ("a.nc", "b.nc"):
         store.write(example(), tmp_path / name, title="a test")
@@ -90,17 +78,6 @@ def test_who_made_it_from_what(tmp_path):
     assert attrs["history"].startswith(attrs["source"])
     assert "10.1109/TMECH.2020.2980957" in attrs["references"]
     assert attrs["license"].startswith("MIT")
-
-
-def test_labels_have_a_name_of_their_own_in_the_file(tmp_path):
-    labelled = example().assign_coords(material=("material", ["stiff", "soft"], {"units": "1", "long_name": "name"}))
-    store.write(labelled, tmp_path / "a.nc", title="A test")
-    with netCDF4.Dataset(tmp_path / "a.nc") as raw:
-        assert "material" not in raw.variables
-        assert raw["material_label"][:].tolist() == ["stiff", "soft"]
-    back = store.read(tmp_path / "a.nc")
-    assert str(back["names"].sel(material="soft").values) == "textile"
-    xr.testing.assert_identical(back.drop_attrs(), labelled.drop_attrs())
 
 
 def test_the_last_line_is_the_digest_of_the_bytes_before(tmp_path):
@@ -203,47 +180,12 @@ def test_a_failed_netcdf_write_leaves_nothing(tmp_path, monkeypatch):
     assert no_leftovers(tmp_path)
 
 
-def test_the_file_is_never_there_half(tmp_path):
-    path = tmp_path / "a.txt"
-    with store.atomic(path) as temporary:
-        temporary.write_text("whole")
-        assert not path.exists()
-        assert (temporary.name, temporary.suffix) == ("a.txt", ".txt")
-        assert temporary.parent.parent == tmp_path  # on the same file system, whatever TMPDIR says
-    assert path.read_text() == "whole"
-
-
-def test_the_old_file_is_replaced_not_overwritten(tmp_path):
-    # Who has the old file open goes on reading the old content.
-    store.write_text("old", tmp_path / "a.txt")
-    with (tmp_path / "a.txt").open() as reader:
-        store.write_text("new", tmp_path / "a.txt")
-        assert reader.read() == "old"
-    assert (tmp_path / "a.txt").read_text() == "new"
-
-
-def test_folders_are_made_and_permissions_are_the_usual_ones(tmp_path):
-    store.write_text("x", tmp_path / "new" / "folder" / "a.txt")
-    (tmp_path / "plain.txt").write_text("x")
-    modes = {os.stat(tmp_path / name).st_mode for name in ("plain.txt", "new/folder/a.txt")}
-    assert len(modes) == 1
-
-
 def test_json(tmp_path):
     store.write_json({"b": np.float64(0.5), "a": np.arange(3), "ok": np.bool_(True), "η": None}, tmp_path / "a.json")
     text = (tmp_path / "a.json").read_text(encoding="utf-8")
     assert json.loads(text) == {"a": [0, 1, 2], "b": 0.5, "ok": True, "η": None}
     assert text.index('"a"') < text.index('"b"')
     assert text.endswith("}\n")
-
-
-@pytest.mark.parametrize("value", [float("nan"), np.float64("inf"), np.array([np.nan]), object(), {1, 2}])
-def test_json_has_no_word_for_it(tmp_path, value):
-    with pytest.raises(StripfoldError, match="JSON"):
-        store.write_json({"a": value}, tmp_path / "a.json")
-    with pytest.raises(StripfoldError, match="JSON"):
-        store.write(example(), tmp_path / "a.nc", title="A test", config={"a": value})
-    assert no_leftovers(tmp_path)
 
 
 def test_reading_what_is_not_there(tmp_path):
@@ -271,49 +213,3 @@ def test_reading_what_lacks_something(tmp_path):
     example().to_netcdf(tmp_path / "foreign.nc")
     with pytest.raises(InvalidInputError, match="git_commit"):
         store.read(tmp_path / "foreign.nc")
-
-
-def run_git(folder: Path, *arguments: str) -> str:
-    who = ("-c", "user.name=t", "-c", "user.email=t@example.org")
-    return subprocess.run(
-        ["git", "-C", folder, *who, *arguments], check=True, capture_output=True, text=True
-    ).stdout.strip()
-
-
-@pytest.fixture
-def checkout(tmp_path, monkeypatch):
-    for name in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"):
-        monkeypatch.delenv(name, raising=False)
-    package = tmp_path / "src" / "stripfold"
-    package.mkdir(parents=True)
-    (package / "version.py").write_text("")
-    (tmp_path / "README.md").write_text("")
-    run_git(tmp_path, "init", "-q")
-    return tmp_path
-
-
-def test_commit_of_a_checkout(checkout):
-    package = checkout / "src" / "stripfold"
-    assert version.git_commit(package) == "unknown"  # not tracked
-    run_git(checkout, "add", ".")
-    assert version.git_commit(package) == "unknown"  # no commit yet
-    run_git(checkout, "commit", "-q", "-m", "first")
-    commit = run_git(checkout, "rev-parse", "HEAD")
-    assert len(commit) == 40
-    assert version.git_commit(package) == commit
-    installed = checkout / "site-packages" / "stripfold"
-    installed.mkdir(parents=True)
-    (installed / "version.py").write_text("")
-    assert version.git_commit(installed) == "unknown"  # inside the checkout, but not of it
-    (checkout / "README.md").write_text("changed, but decides no result")
-    assert version.git_commit(package) == commit
-    (package / "new.py").write_text("")
-    assert version.git_commit(package) == f"{commit}-dirty"
-    (package / "new.py").unlink()
-    (package / "version.py").write_text("changed")
-    assert version.git_commit(package) == f"{commit}-dirty"
-
-
-def test_commit_without_git(checkout, monkeypatch):
-    monkeypatch.setenv("PATH", "")
-    assert version.git_commit(checkout / "src" / "stripfold") == "unknown"

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from itertools import product
 from pathlib import Path
 
@@ -15,15 +14,13 @@ import pytest
 import xarray as xr
 import yaml
 
-from stripfold.ask import sweep
-from stripfold.ask.critical import CriticalPoint
+from stripfold.ask import critical, sweep
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store
 
 STRIP = {"length": 0.6, "eta_b": 3780.0, "height": 0.09, "model": "elastica"}
-ROD = STRIP | {"model": "rod"}
 HEIGHTS = STRIP | {"height": {"from": 0.03, "to": 0.12, "count": 40}}
 
 
@@ -32,7 +29,7 @@ def single(case: dict[str, object]) -> tuple[dict[str, float], str]:
     try:
         scene = Scene(**case)
         scene.require_long_enough()
-        found = CriticalPoint.of(scene)
+        found = critical.find(scene)
     except StripfoldError as error:
         return dict.fromkeys(sweep.NUMBERS, np.nan), str(error)
     return {name: getattr(found, name) for name in sweep.NUMBERS}, found.reason
@@ -166,31 +163,6 @@ def test_programs_start_sweeps_as_they_like(tmp_path, method, use):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@several
-def test_one_owner_and_no_more_processes_than_cores(tmp_path, capsys):
-    """A killed sweep's processes end with it, and its output is free again."""
-    grid = tmp_path / "grid.yaml"
-    grid.write_text(yaml.safe_dump(ROD | {"accuracy": 1e-6, "height": {"from": 0.06, "to": 0.3, "count": 4000}}))
-    line = ["sweep", str(grid), "--output", str(tmp_path / "sweep.nc"), "--cores", "100000"]
-    with subprocess.Popen([sys.executable, "-m", "stripfold", *line]) as first:
-        try:
-            while not (started := workers(first.pid)):
-                time.sleep(0.1)
-                assert first.poll() is None
-            assert main([*line[:-1], "1"]) == 2
-            assert "that no other sweep is writing" in capsys.readouterr().err
-            started |= workers(first.pid)
-        finally:
-            first.kill()
-    assert len(started) <= len(os.sched_getaffinity(0))
-    until = time.monotonic() + 10.0
-    while any(Path(f"/proc/{process}").exists() for process in started):
-        time.sleep(0.1)
-        assert time.monotonic() < until
-    with sweep.owned(tmp_path / "sweep.nc"):
-        pass
-
-
 def test_damaged_parts_are_redone_and_the_users_files_kept(interrupted):
     folder = interrupted.with_name("sweep.nc.parts")
     (part,) = folder.glob("*.nc")
@@ -239,43 +211,3 @@ def test_command(capsys, tmp_path, monkeypatch):
     rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     assert (rows["cases"], rows["snap"], rows["touch"], rows["written"]) == ("4", "2", "1", "grid.nc")
     assert rows["no"].startswith("result    1, the first: height = 0.7 cannot be used")
-
-
-@pytest.mark.parametrize("output", ["run{1}.nc", "20261125", "self.nc"])
-def test_names_that_snakemake_would_take_for_something_else(tmp_path, output):
-    (tmp_path / "grid.yaml").write_text(yaml.safe_dump(STRIP), encoding="utf-8")
-    (tmp_path / "self.nc").symlink_to("grid.yaml")
-    workflow = Path(__file__).parents[1] / "workflow" / "sweep.smk"
-    command = [sys.executable, "-m", "snakemake", "-n", "-s", str(workflow), "--config", f"output={output}"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 1
-    assert (
-        f"output = '{output}' cannot be used; allowed: another file than the grid, that ends"
-        in done.stdout + done.stderr
-    )
-
-
-def test_a_job_for_each_chunk(tmp_path, monkeypatch):
-    """The workflow of a sweep goes on from finished chunks, and its file is that of the command."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        monkeypatch.delenv(name, raising=False)
-    # With more threads in BLAS lambda_c at the second height has another last digit.
-    grid, file = STRIP | {"height": [0.03, 0.03 + 0.09 * 10 / 39]}, tmp_path / "sweep.nc"
-    Path(tmp_path / "grid.yaml").write_text(yaml.safe_dump(grid), encoding="utf-8")
-    first, second = sweep.chunk_files(sweep.Grid.of(grid), file).items()
-    sweep.solve(sweep.Grid.of(grid), first[1], first[0])
-    before = first[0].stat().st_ino
-    workflow = Path(__file__).parents[1] / "workflow" / "sweep.smk"
-    command = [sys.executable, "-m", "snakemake", "-s", str(workflow), "--cores", "1", "--config", f"output={file}"]
-    done = subprocess.run([*command, "--until", "chunk"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert first[0].stat().st_ino == before
-    assert second[0].is_file()
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    alone = subprocess.run(
-        [sys.executable, "-m", "stripfold", "sweep", "grid.yaml", "--output", "alone.nc"], cwd=tmp_path
-    )
-    assert alone.returncode == 0
-    assert file.read_bytes() == (tmp_path / "alone.nc").read_bytes()
-    assert not first[0].parent.exists()

@@ -5,108 +5,17 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 import yaml
-from scipy.integrate import odeint
 
-from stripfold import cli
-from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.files import store
-from stripfold.film import snap
 from stripfold.film.recording import Entries
 from stripfold.synthetic import shapes
-from stripfold.synthetic.history import STATIONS
-from stripfold.synthetic.laws import solve
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.render import Renderer
-from stripfold.synthetic.scene import DynamicsMotion, Scene, ShapesMotion, read
+from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
-
-
-@pytest.mark.parametrize("law", ["parabolic", "cubic", "power", "two_modes"])
-def test_shapes_keep_the_length_and_end_at_the_gripper(law: str) -> None:
-    for seed in range(2):
-        scene = Scene(seed=seed, motion={"law": law}, height=0.09 + 0.025 * seed)
-        history = shapes.history(scene)
-        np.testing.assert_allclose(history.curve[:, 0], history.gripper, atol=1e-9)
-        np.testing.assert_allclose(
-            history.curve[:, -1], np.broadcast_to([0.225, 0.0], history.gripper.shape), atol=1e-9
-        )
-        assert history.curve[..., 1].min() > -1e-9
-        steps = np.linalg.norm(np.diff(history.curve, axis=1), axis=2)
-        # A chord is shorter than its arc, by (arc * curvature)^2 / 24 of it.
-        arc = scene.length / (STATIONS - 1)
-        assert steps.max() < arc * (1 + 1e-9)
-        assert np.abs(steps.sum(axis=1) / scene.length - 1.0).max() < 1e-3
-        at = np.searchsorted(history.t, history.touch)
-        folded = history.curve[at, history.curve[at, :, 1] > 0.0]
-        sag = folded[folded[:, 0] > folded[:, 0].min() + 0.04]
-        assert scene.strip.thickness * 0.99 < sag[:, 1].min() < scene.strip.thickness + 5e-4
-        assert history.t[1] - history.t[0] <= 1.0 / 500.0 + 1e-12
-
-
-def test_the_length_is_exact() -> None:
-    """By Richardson extrapolation of the polygon's length."""
-    family = shapes.Family(0.45, 0.1, -0.225, 0.058, 0.087, 1.5)
-    one = np.ones(1)
-    curve = family.curves(0.32 * one, 0.008 * one, 0.0 * one, 0.0 * one)[0]
-    chords = [np.linalg.norm(np.diff(curve[::step], axis=0), axis=1).sum() for step in (1, 3)]
-    assert (9 * chords[0] - chords[1]) / 8 == pytest.approx(0.45, rel=5e-5)
-
-
-@pytest.mark.parametrize(
-    ("law", "inertia"), [("parabolic", 0.07), ("parabolic", 0.0), ("cubic", 0.05), ("power", 0.05)]
-)
-def test_motion_laws_against_another_integrator(law: str, inertia: float) -> None:
-    motion = ShapesMotion(law=law, before=0.01, after=0.6, inertia=inertia, drag=0.1, cubic=0.4, exponent=0.42)
-    found = solve(motion, 0.3, 0.03, 0.01)
-    assert found.onset is not None
-    assert found.touch is not None
-    # lambda by hand: at rest for 0.3 s, a cosine ramp of 0.2 s, then the speed.
-    assert float(np.interp(found.onset, found.t, found.advance)) == pytest.approx(0.3, abs=1e-7)
-    assert found.onset == pytest.approx(0.3 + 0.1 + 1.0, abs=1e-9)
-
-    def advance(t: float) -> float:
-        share = min(max((t - 0.3) / 0.2, 0.0), 1.0)
-        ramp = 0.1 * (share - np.sin(np.pi * share) / np.pi)
-        return 0.29 + 0.01 * (ramp + max(t - 0.5, 0.0))
-
-    def rates(y: Array, t: float) -> list[float]:
-        mu = (0.3 - advance(t)) / 0.03
-        push = {
-            "parabolic": y[0] ** 2 - 0.36 * mu,
-            "cubic": y[0] ** 2 + 0.4 * y[0] ** 3 - 0.36 * mu,
-            "power": abs(y[0]) ** (1 / 0.42) - 0.6 ** (1 / 0.42) * mu,
-        }[law]
-        if inertia == 0.0:
-            return [push / 0.1, 0.0]
-        return [y[1], (push - 0.1 * y[1]) / inertia**2]
-
-    if law == "parabolic":
-        assert found.q[0] == pytest.approx(-0.6 * np.sqrt(1 / 3))
-    if law == "power":
-        assert found.q[0] == pytest.approx(-0.6 * (1 / 3) ** 0.42)
-    assert rates(np.array([found.q[0], 0.0]), 0.0)[1 if inertia else 0] == pytest.approx(0.0, abs=1e-8)
-    before = found.t < found.touch
-    again = odeint(rates, [found.q[0], 0.0], found.t[before], rtol=1e-9, atol=1e-11, hmax=0.01)
-    np.testing.assert_allclose(found.q[before], again[:, 0], atol=2e-5)
-    assert np.all(found.q[~before] == 1.0)
-    assert found.q[before][-1] > 0.9
-    assert found.advance[-1] - found.advance[-2] == pytest.approx(0.0, abs=1e-9)  # stopped
-
-
-def test_a_gripper_that_stops_short_of_the_snap() -> None:
-    scene = Scene(motion={"short": 0.004, "before": 0.012, "after": 1.0})
-    history = shapes.history(scene)
-    assert history.lambda_c is None
-    assert history.events() == {"onset": None, "fall": None, "fastest": None, "touch": None}
-    assert np.ptp(history.gripper[:, 0]) == pytest.approx(0.008 + 0.001, abs=1e-4)  # and half a ramp
-    with pytest.raises(InvalidInputError, match="short"):
-        shapes.history(Scene(motion={"short": 1e-4, "before": 0.012}, speed=0.02))
-
 
 SMALL = {
     "filming": {"size": [320, 240], "frame_rate": 20.0, "dropped": 0.06, "doubled": 0.1, "log_offset": 12.5},
@@ -140,46 +49,6 @@ def test_a_folder_can_be_read_and_says_that_it_is_synthetic(folder: Path) -> Non
     assert sorted(path.name for path in folder.parent.iterdir()) == ["small"]  # no temporary folders
 
 
-def test_frames_of_a_folder(folder: Path) -> None:
-    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-    with av.open(str(folder / "video.mkv")) as opened:
-        decoded = [(frame.time, frame.to_ndarray(format="gray")) for frame in opened.decode(video=0)]
-    frames = truth["frames"]
-    np.testing.assert_allclose([time for time, _ in decoded], frames["t"], atol=1e-9)
-    assert frames["dropped"]
-    together = sorted([*frames["t"], *frames["dropped"]])
-    np.testing.assert_allclose(together, np.arange(len(together)) / 20.0, atol=1e-9)
-    same = [np.array_equal(decoded[i][1], decoded[i - 1][1]) for i in range(1, len(decoded))]
-    known = [shown < time for shown, time in zip(frames["shown"][1:], frames["t"][1:], strict=True)]
-    # A doubled frame may follow one that did not arrive: then it shows what nobody saw.
-    for i, (got, want) in enumerate(zip(same, known, strict=True)):
-        lost = any(frames["t"][i] < gone < frames["t"][i + 1] for gone in frames["dropped"])
-        assert got == (want and not lost)
-    assert any(same)
-    # The word stands in the lower right corner.
-    bare, label = decoded[0][1][-16:-2, 100:190], decoded[0][1][-16:-2, -60:]
-    assert label.max() > bare.max() + 40
-
-
-def test_truth_of_a_folder(folder: Path) -> None:
-    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-    data = store.read(folder / "truth.nc")
-    advance, t = data["advance"].values, data["time"].values
-    events = truth["events"]
-    assert events["onset"]["lambda"] == pytest.approx(truth["lambda_c"], abs=1e-6)
-    for moment in events.values():
-        assert moment["lambda"] == pytest.approx(np.interp(moment["t"], t, advance), abs=1e-9)
-    assert events["onset"]["t"] < events["fall"]["t"] < events["fastest"]["t"] <= events["touch"]["t"]
-    assert data["curve"].shape == (len(t), 100, 2)
-    speed = np.linalg.norm(np.gradient(data["curve"].values.astype(float), t, axis=0), axis=2).max(axis=1) - 0.02
-    top, start = (np.interp(events[name]["t"], t, speed) for name in ("fastest", "fall"))
-    assert top == pytest.approx(speed[t <= events["touch"]["t"]].max(), rel=0.01)
-    assert start == pytest.approx(0.25 * top, rel=0.1)
-    log = np.loadtxt(folder / "robot.csv", delimiter=",", skiprows=1)
-    assert np.abs(log[:, 1] - np.interp(log[:, 0] - 12.5, t, data["gripper"].values[:, 0])).max() < 1e-4
-    assert log[:, 1].std() > 1e-3
-
-
 def test_the_same_seed_gives_the_same_recording(folder: Path, tmp_path: Path) -> None:
     scene = Scene(**SMALL)
     history = history_of(scene)
@@ -197,97 +66,3 @@ def test_an_existing_folder_is_left_alone(folder: Path) -> None:
     scene = Scene(**SMALL)
     with pytest.raises(InvalidInputError, match="not there yet"):
         write_recording(shapes.history(scene), scene, folder)
-
-
-@pytest.mark.parametrize(
-    ("given", "key", "says"),
-    [
-        ({"film": {}}, "film", "did you mean filming"),
-        ({"filming": {"frame_rte": 30}}, "filming.frame_rte", "did you mean frame_rate"),
-        ({"filming": {"frame_rate": "fast"}}, "filming.frame_rate", "a number"),
-        ({"filming": {"frame_rate": float("nan")}}, "filming.frame_rate", "a number"),
-        ({"filming": {"size": [320]}}, "filming.size", "a list of 2"),
-        ({"filming": {"size": [321, 240]}}, "filming.size", "even"),
-        ({"filming": {"size": [1e9, 240]}}, "filming.size[0]", "whole"),
-        ({"filming": {"codec": "h264"}}, "filming.codec", "ffv1, mjpeg, mpeg4"),
-        ({"filming": {"codec": "mpeg4", "container": "mkv"}}, "filming.container", "mp4"),
-        ({"filming": {"codec": "mjpeg", "container": "avi", "jitter": 0.1}}, "filming.container", "timestamps"),
-        ({"filming": [1]}, "filming", "keys and values"),
-        ({"length": -1}, "length", "from 0.05"),
-        ({"height": 0.5}, "height", "L"),
-        ({"strip": {"length": 0.4}}, "strip.length", "write length: 0.4"),
-        ({"gripper": {"speed": 0.4}}, "gripper.speed", "speed beside gripper, not in it"),
-        ({"gripper": {"marker": 3.5}}, "gripper.marker", "whole"),
-        ({"generator": "magic"}, "generator", "shapes, dynamics"),
-        ({"motion": 3}, "motion", "keys and values"),
-        ({"seed": -1}, "seed", "from 0"),
-    ],
-)
-def test_bad_scenes(given: dict[str, object], key: str, says: str) -> None:
-    with pytest.raises(InvalidInputError, match=says) as caught:
-        Scene(**given)
-    assert caught.value.key == key
-
-
-@pytest.mark.parametrize(
-    "motion", [{"lw": "cubic"}, {"law": "quartic"}, {"inertia": -1.0}, {"law": "cubic", "cubic": 1.0, "before": 0.06}]
-)
-def test_bad_motions(motion: dict[str, object]) -> None:
-    with pytest.raises(InvalidInputError, match="motion"):
-        shapes.history(Scene(motion=motion))
-
-
-def test_scene_files(tmp_path: Path) -> None:
-    path = tmp_path / "scene.yaml"
-    scene = Scene(**SMALL)
-    path.write_text(yaml.safe_dump(scene.as_config()), encoding="utf-8")
-    assert read(path) == scene
-    assert Scene(title="a test").title == "a test (synthetic)"
-    for text in ("- 1", "strip: [", ""):
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(InvalidInputError, match="scene"):
-            read(path)
-
-
-def test_films_go_on_past_the_snap_for_longer_than_its_detection_needs() -> None:
-    """The peak of the speed must not lie in its last window, which ends a window before the film."""
-    assert DynamicsMotion().after > 4.0 * snap.WINDOW
-
-
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "speed": 0.03}
-    Path("own.yaml").write_text(yaml.safe_dump({**given, "motion": {"before": 0.008, "after": 0.3}}), encoding="utf-8")
-    assert cli.main(["record", "own.yaml"]) == 0
-    said = capsys.readouterr().out
-    assert "synthetic" in said
-    assert "of the drawn motion" in said
-    assert (tmp_path / "own/recording.yaml").is_file()
-    assert cli.main(["record", "own.yaml"]) == 2
-    assert "not there yet" in capsys.readouterr().err
-    assert cli.main(["record", "own.yaml", "--output", "again", "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    truth = json.loads(Path("again/truth.json").read_text(encoding="utf-8"))
-    assert said["lambda_c"] == pytest.approx(truth["lambda_c"])
-    assert said["written"] == "again"
-    assert said["inputs"]["motion"]["before"] == 0.008
-    assert said["units"]["duration"] == "s"
-    assert said["stripfold_version"]
-    assert cli.main(["record", "own.yaml", "--output", "no/such/folder"]) == 2
-    assert cli.main(["record", "none.yaml"]) == 2
-
-
-@pytest.mark.slow
-def test_record_says_which_lambda_c_has_friction(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "speed": 0.03, "generator": "dynamics"}
-    given |= {"motion": {"model": "rod", "refinement": 3.0, "before": 0.005, "after": 0.05}}
-    Path("own.yaml").write_text(yaml.safe_dump(given), encoding="utf-8")
-    assert cli.main(["record", "own.yaml"]) == 0
-    known, without = (line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()[-2:])
-    assert known[0] == "lambda_c"
-    assert "with friction, M_0 = 0.01 rho_a g L*^2" in known[2]
-    assert "without friction: the model's lambda_c that measure prints" in without[2]
-    assert float(known[1]) > float(without[1])

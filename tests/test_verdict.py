@@ -14,7 +14,7 @@ from assessing import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.paths import geometric, low_path
+from stripfold.paths import low_path
 
 MATERIAL = Material(5000.0)
 UNIT, FORCE = MATERIAL.gravity_length, MATERIAL.force_scale
@@ -59,51 +59,8 @@ def test_a_path_is_checked_for_its_fold(
     assert said["folded"].startswith(folded)
 
 
-def test_an_end_in_its_place_does_not_make_a_fold() -> None:
-    """Friction between the layers holds what the circular path lays down 2.05 L* off (docs/physics.md, section 8)."""
-    path, moment = geometric.circular(14.0), 0.02 * FORCE * UNIT
-    found = assess_path(
-        MATERIAL,
-        14.0 * UNIT,
-        path,
-        friction_moment=moment,
-        layer_friction=0.4,
-        refinement=3.0,
-        model="rod",
-        compare=False,
-    )
-    assert (found.completed, found.folded) == (True, False)
-    assert found.end_error < 1e-9
-    assert found.shape_error == pytest.approx(2.05 * UNIT, rel=0.05)
-
-
-def test_a_strip_without_a_fold_is_not_folded(tmp_path: Path) -> None:
-    strip = sf.Strip(length=7.0 * UNIT, eta_b=5000.0)
-    found = strip.assess(
-        sf.paths.read(written(tmp_path / "p.csv", geometric.triangular(7.0).sampled(1.0)[1] * UNIT), strip), model="rod"
-    )
-    assert found.completed
-    assert not found.folded
-    assert "no folded state is known of a strip of this length" in str(found)
-
-
 def assessed(path: Any, length: float = 9.0) -> Any:
     return assess_path(MATERIAL, length * UNIT, path, model="rod", compare=False)
-
-
-def test_a_start_at_45_degrees_pushes() -> None:
-    """44 to 53 rho_a g L* at 0.16 to 0.2 L* by independent programs; a bump as Hobbs has it."""
-    found = assessed(geometric.triangular(9.0))
-    assert 44.0 < found.peak_push / FORCE < 53.0
-    assert 0.16 < found.push_z / UNIT < 0.2
-    assert found.bump == pytest.approx(15.7 * UNIT / (found.peak_push / FORCE) ** 2, rel=1e-3)
-
-
-def test_a_pull_is_no_push() -> None:
-    """A circular start draws the strip taut, and pushes later with less than a weight; drawn up it is not pushed."""
-    found = assessed(geometric.circular(14.0), 14.0)
-    assert found.peak_hold > 5.0 * FORCE
-    assert found.peak_push < FORCE
 
 
 def test_a_low_path_pushes_as_the_elastica() -> None:
@@ -111,17 +68,6 @@ def test_a_low_path_pushes_as_the_elastica() -> None:
     push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
     assert found.peak_push == pytest.approx(push * FORCE, rel=0.03)
     assert found.push_z == pytest.approx(0.7 * UNIT, rel=1e-3)
-
-
-@pytest.mark.parametrize(("length", "eta_b", "margin"), [(9.0, 5000.0, 0.1), (8.0, 500.0, 0.3), (8.3, 50000.0, 0.2)])
-def test_no_plan_makes_a_small_bump_grow(length: float, eta_b: float, margin: float) -> None:
-    """The triangular path is stable for these and keeps the margin, but its start pushes them into a ruck."""
-    unit = Material(eta_b).gravity_length
-    strip = sf.Strip(length=length * unit, eta_b=eta_b)
-    plan = strip.plan(margin=margin * unit)
-    assert plan.path.name == "triangular"
-    assert all(found.stable and found.folded and found.bump > 5e-4 for found in plan.choice.verdicts)
-    assert max(found.peak_push / (9.81 * unit) for found in plan.choice.verdicts) < 1.4
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import StripfoldError
 from stripfold.files import schema
 from stripfold.files.schema import Values, Variable
-from stripfold.film.threads import one_thread
+from stripfold.film.pictures import one_thread
 
 C = TypeVar("C")
 T = TypeVar("T")

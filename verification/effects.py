@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.ask import collapse_record
-from stripfold.ask.collapse_record import INERTIA, SELF_CONTACT, SOLID
+from stripfold.ask import collapse
+from stripfold.ask.collapse import INERTIA, SELF_CONTACT, SOLID
 from stripfold.ask.inputs import Simulation
 from verification.common import NO_RESULT, Progress, dataset, grid, markdown_table
 from verification.numbers import Facts, Number
@@ -92,7 +92,7 @@ def _case(given: Mapping[str, Mapping[str, Any]], repeats: int, scene: str, effe
 def _warm_up() -> None:
     """One short simulation that is not counted: the first in a process loads what all use."""
     strip = {"length": 0.48, "height": 0.09, "eta_b": 3780.0, "disturbance": 1e-2}
-    collapse_record.run(Simulation.of({**strip, "until": "touch", "effects": {SOLID: "on"}}))
+    collapse.run(Simulation.of({**strip, "until": "touch", "effects": {SOLID: "on"}}))
 
 
 def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, float]:
@@ -100,12 +100,12 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     _warm_up()
     asked = {s: Simulation.of({**given, "effects": {effect: s}}) for s in ("on", "off")}
     seconds: dict[str, list[float]] = {s: [] for s in asked}
-    found: dict[str, tuple[xr.Dataset, collapse_record.Clock]] = {}
+    found: dict[str, tuple[xr.Dataset, collapse.Clock]] = {}
     for repeat in range(repeats):
         # In turns, and the other one first each time: the second run finds warm caches and a hotter processor.
         for setting in sorted(asked, reverse=bool(repeat % 2)):
             began = process_time()
-            found[setting] = collapse_record.timed(asked[setting])
+            found[setting] = collapse.timed(asked[setting])
             seconds[setting].append(process_time() - began)
     (on, on_clock), (off, off_clock) = found["on"], found["off"]
     unit = on.attrs["gravity_length"]
@@ -155,7 +155,7 @@ def facts(d: xr.Dataset) -> Facts:
     needed, idle = d.needed == 1.0, d.needed == 0.0
     # The effect's own clock is more precise than the difference of two runs, which is mostly noise of the machine.
     # The solid is a model, not an effect on one: it has no cost on the same model.
-    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != collapse_record.SOLID))
+    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != collapse.SOLID))
     lacking = needed & (d.matters == 1.0)
     largest = [(name, float(cost.sel(effect=name).max())) for name in d.effect.values]
     return {

@@ -105,7 +105,7 @@ def along_x(strip: StripModel, height: float, refinement: float) -> Found:
 def along_path(strip: StripModel, name: str, refinement: float) -> Found:
     """Along one of the paper's paths; raises SolveError where no state is critical."""
     found = assess_strip(strip, path_of(name, strip.length), None, refinement, options=OPTIONS)
-    if found.critical is None or found.nodal:
+    if found.critical is None:
         raise SolveError(f"no critical point on the {name} path")
     points = [at.point for at in found.branch]
     return with_approach(points, found.critical, found.last, found.events[0].angle)

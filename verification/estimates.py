@@ -15,11 +15,12 @@ import numpy as np
 import xarray as xr
 
 from stripfold.ask import critical, select_model
-from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, MAX_THICKNESS_STAR, Scene
+from stripfold.ask.inputs import LENGTH_STAR, MAX_THICKNESS_STAR, Scene
 from stripfold.ask.model_error import model_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
+from stripfold.base.quantities import ETA_B, HEIGHT_STAR
 from stripfold.follow.statics import StripModel
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, covers, seed_of, share

@@ -37,7 +37,8 @@ from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip import contact_mesh
+from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
 from verification.common import Progress, dataset, grid
@@ -113,7 +114,7 @@ def _first(case: Case, path: GripperPath) -> BranchPoint:
         start = min(branch, key=lambda state: abs(state.advance - lam))
     strip = StripModel(case.length, case.thickness, kind="rod")
     longest = np.array([LONGEST_FREE * case.length])
-    mesh = Kept.of(case.length, Topology.LYING, longest, SIZES.scaled(case.refinement), strip.model)
+    mesh = Kept.of(case.length, contact_mesh.LYING, longest, SIZES.scaled(case.refinement), strip.model)
 
     def kept(contact: Array) -> ContactMesh:
         return replace(mesh, planned=contact, model=mesh.at(contact))

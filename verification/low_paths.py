@@ -21,14 +21,13 @@ from numpy.typing import NDArray
 from plots.pieces import entry, note
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, styled
 from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.fall import Fall, ReleaseState, assess_strip, simulate_fall
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import dissipated, follow_in_time
-from stripfold.follow.track import BUMP, MOVING, peak_forces, shape_error, size_of_fall
+from stripfold.follow.track import BUMP, peak_forces, shape_error, size_of_fall
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
@@ -184,8 +183,6 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
     Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
     """
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
-    if found.contact != MOVING:
-        raise SolveError(found.nodal)
     if not found.stable:
         return LIMITED, dict.fromkeys(VALUES, np.nan)
     grip, hold = peak_forces(found.states)

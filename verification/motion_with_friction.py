@@ -21,7 +21,7 @@ from stripfold.follow.contact_events import clearance
 from stripfold.follow.memory import load_incrementally_from
 from stripfold.follow.statics import StripModel
 from stripfold.paths.curve import Interpolated
-from stripfold.strip.contact_mesh import ContactMesh, Sizes, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
 from stripfold.strip.effects import Hysteresis
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
@@ -142,7 +142,7 @@ def _lifting(case: Case, height: float) -> BranchPoint:
     """The strip at the first height, on elements planned for the critical state."""
     contact = np.array([elastica.critical(height).state.length])
     strip = StripModel(case.length, case.thickness, kind="rod")
-    mesh = Kept.of(case.length, Topology.LYING, contact, SIZES.scaled(case.refinement), strip.model)
+    mesh = Kept.of(case.length, LYING, contact, SIZES.scaled(case.refinement), strip.model)
     return from_flat(lambda _: mesh, Lift(), BEGIN[0])
 
 

@@ -20,7 +20,7 @@ from stripfold.base.errors import SolveError
 from stripfold.follow.contact_branch import STEPS, from_elastica
 from stripfold.follow.statics import LAMBDA_TOLERANCE, LIMIT, StripModel
 from stripfold.solve import continuation, critical
-from stripfold.solve.events import Crossing
+from stripfold.solve.continuation import Crossing
 from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.problem import AlongX
 from verification.common import Progress, attempted, dataset, grid, timed

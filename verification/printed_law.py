@@ -15,13 +15,14 @@ from plots.pieces import note
 from stripfold.base.arrays import Array
 from stripfold.draw.colours import BLACK, VERMILLION
 from stripfold.draw.style import figure, legend_above, styled, text_at
-from stripfold.strip.laws import LAWS, Lame, Law
+from stripfold.strip.reference import LAWS, product, second_piola, second_piola_rate
 from verification.common import dataset
 from verification.numbers import Facts, Number
 
 STRETCH = 1.1
 """Stretch of the bar along its axis."""
-_LAME = Lame.from_young(1.0, 0.0)
+_LAME = {"lam": 0.0, "mu": 0.5}
+"""Lame parameters."""
 
 
 def run(angles: Array | None = None) -> xr.Dataset:
@@ -34,31 +35,30 @@ def run(angles: Array | None = None) -> xr.Dataset:
     """
     angle = np.linspace(0.0, 90.0, 91) if angles is None else np.asarray(angles, dtype=float)
     values: dict[str, tuple[str, Array]] = {"angle": ("angle", angle)}
-    for name, law in LAWS.items():
+    for name in LAWS:
         values |= {
-            f"stress_{name}": ("angle", stress(law, angle)),
-            f"stiffness_{name}": ("angle", stiffness(law, angle)),
+            f"stress_{name}": ("angle", stress(name, angle)),
+            f"stiffness_{name}": ("angle", stiffness(name, angle)),
         }
     return dataset(values, {"stretch": STRETCH, "nu": 0.0}, {"degree": "angle"})
 
 
 def rotation(angle: Array) -> Array:
-    """Rotation matrices, shape (m, 2, 2), of angles in degrees."""
+    """Rotation matrices, shape (2, 2, m), of angles in degrees."""
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+    return np.array([[c, -s], [s, c]])
 
 
-def stress(law: Law, angle: Array) -> Array:
+def stress(law: str, angle: Array) -> Array:
     """``S_11 / E`` of a bar stretched along its axis and then rotated, shape (m,).
 
-    ``S = F^-1 P`` with ``F = R(angle) diag(STRETCH, 1)`` is the second Piola-Kirchhoff stress: its components
-    are along the axes of the material, which turn with the bar.
+    The second Piola-Kirchhoff stress of ``F = R(angle) diag(STRETCH, 1)``: its components are along
+    the axes of the material, which turn with the bar.
     """
-    f = rotation(angle) @ np.diag([STRETCH, 1.0])
-    return np.asarray(np.linalg.solve(f, law.stress(f, _LAME))[..., 0, 0])
+    return np.asarray(second_piola(rotation(angle) * np.array([STRETCH, 1.0])[:, None], _LAME, law)[0, 0])
 
 
-def stiffness(law: Law, angle: Array) -> Array:
+def stiffness(law: str, angle: Array) -> Array:
     """Bending stiffness over ``D = E h^3 / 12`` of a strip whose section is rotated, shape (m,).
 
     Bent to the curvature ``kappa``, a strip whose tangent ``t`` is at ``angle`` has, at the distance ``zeta``
@@ -68,13 +68,12 @@ def stiffness(law: Law, angle: Array) -> Array:
     at ``kappa = 0``, with the law's tangent and Gauss's rule over the thickness, which is exact here.
     """
     r = rotation(angle)
-    axis = r[..., :, 0]
     zeta, weight = np.polynomial.legendre.leggauss(2)  # in units of h / 2
-    tangent = law.tangent(r, _LAME, None)
-    total = np.zeros(len(r))
+    total = np.zeros(r.shape[2])
     for z, w in zip(zeta, weight, strict=True):
-        rate = r @ np.diag([-z, 0.0])  # dF / dkappa
-        total += -w * z * np.einsum("...i,...ikl,...kl->...", axis, tangent[..., :, 0, :, :], rate)
+        rate = r * np.array([-z, 0.0])[:, None]  # dF / dkappa
+        change = product(rate, second_piola(r, _LAME, law)) + product(r, second_piola_rate(r, rate, _LAME, law))
+        total += -w * z * np.sum(r[:, 0] * change[:, 0], axis=0)
     # Of zeta^2 over the same thickness: what a unit modulus gives.
     return total / float(weight @ zeta**2)
 

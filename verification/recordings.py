@@ -17,7 +17,7 @@ from stripfold.ask import critical
 from stripfold.ask.inputs import Scene as StripScene
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
-from stripfold.film.measurement import WARNING
+from stripfold.film.measure import WARNING
 from stripfold.synthetic.scene import Scene
 from verification.common import dataset
 

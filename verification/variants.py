@@ -30,7 +30,7 @@ from stripfold.follow.statics import FIRST, LIMIT, StripModel, follow
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import triangular
-from stripfold.solve.events import Event
+from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
@@ -196,7 +196,7 @@ def end_along_x(scene: Scene) -> Advance:
 def touch_on_path(scene: Scene) -> float:
     """x of the first touch on the triangular path, after a fall from the critical point, with hinge and pin."""
     segment = follow(scene.mesh, scene.path, scene.strip.length)
-    if segment.critical is None or segment.nodal:
+    if segment.critical is None:
         raise SolveError("no critical point on the path", parameter=scene.path.length)
     return _touch(scene, segment.last)
 

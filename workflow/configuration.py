@@ -11,9 +11,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from stripfold.ask.inputs import Accuracy, EtaB, EtaM, Gravity, Law, Length, Model, Nu, RhoA, Scene
+from stripfold.ask.inputs import Law, Model, Scene
 from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.material import GRAVITY, Material
+from stripfold.base.quantities import Accuracy, EtaB, EtaM, Gravity, Length, Nu, RhoA
 from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, Whole, quantity, read_yaml
 from verification import STUDIES
 

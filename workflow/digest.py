@@ -4,14 +4,14 @@ import sys
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import distributions
-from importlib.util import find_spec
+from importlib.resources import files
 from pathlib import Path
 
 
 @cache
 def digest() -> str:
     """Digest all files of the installed package, code and data, and the versions that are really installed."""
-    package = Path(find_spec("stripfold").origin).parent
+    package = Path(str(files("stripfold")))
     found = sha256(sys.version.encode())
     for path in sorted(path for path in package.rglob("*") if path.is_file() and "__pycache__" not in path.parts):
         found.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())

@@ -1,4 +1,4 @@
-"""Computes what is stored with the package, starts of the elastica and elements of the solid: `make starts`."""
+"""Computes the starts of the elastica that are stored with the package: `make starts`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._starts import HEIGHTS, NODES, RANGES, TABLE
 from stripfold.elastica._system import LENGTH, SCALARS, refine
 from stripfold.elastica.branch import points
-from stripfold.strip import element_integrals
 
 
 def compute() -> Array:
@@ -27,4 +26,3 @@ def compute() -> Array:
 
 if __name__ == "__main__":
     np.savetxt(TABLE, compute(), fmt="%.5g", delimiter=",")
-    element_integrals.store()

@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from stripfold.ask.plan import FoldingPlan
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
-    from stripfold.film.measured import EtaB, RecordingMeasurement, eta_b, measure
+    from stripfold.film.eta import EtaB, eta_b
+    from stripfold.film.measure import RecordingMeasurement, measure
 
     __version__: str
 
@@ -73,7 +74,8 @@ __all__ = [
 _MODULES = {
     "base.errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
     "ask.plan": ("FoldingPlan",),
-    "film.measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
+    "film.eta": ("EtaB", "eta_b"),
+    "film.measure": ("RecordingMeasurement", "measure"),
     "ask.assess": ("PathAssessment",),
     "ask.collapse": ("StripCollapse",),
     "ask.critical": ("CriticalPoint",),
@@ -93,6 +95,8 @@ def __getattr__(name: str) -> object:
         return import_module("stripfold.paths" if name == "paths" else "stripfold.ask.sweep")
     for module, names in _MODULES.items():
         if name in names:
+            if module == "film.measure":
+                import_module("stripfold.base.extras").require("vision")
             found: object = getattr(import_module(f"stripfold.{module}"), name)
             globals()[name] = found
             return found

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oracles.nodal import Nodal
 from stripfold.base.arrays import Array, Index
 from stripfold.solve import newton
 from stripfold.solve.linear import Band
 from stripfold.solve.problem import Equilibrium, FixedUnknowns
 from stripfold.solve.stability import nearest_eigenvalues
+from stripfold.strip.reference import Reference
 from stripfold.strip.solid import Solid
 
 
@@ -91,7 +91,7 @@ class HeldSolid(FixedUnknowns):
 
 def column(model: Solid, index: int) -> Index:
     """All unknowns of one column of nodes: prescribing them is a clamp."""
-    return np.asarray(model.mesh.unknowns[index].ravel())
+    return np.asarray(model.unknowns[index].ravel())
 
 
 def clamped(model: Solid, q: Array, *columns: int, load: Array | None = None) -> HeldSolid:
@@ -100,10 +100,9 @@ def clamped(model: Solid, q: Array, *columns: int, load: Array | None = None) ->
     return HeldSolid(model, held, q[held], -model.weight if load is None else load)
 
 
-def interpolant(model: Solid, field: Array) -> Array:
+def interpolant(model: Reference, field: Array) -> Array:
     """Unknowns whose nodal displacements are ``field``, shape (2, n), at the mesh's nodes ``basis.doflocs``."""
-    mesh = model.mesh
-    nodal, number = np.empty(model.size), Nodal(mesh).nodal_of[mesh.unknowns]
+    nodal, number = np.empty(model.size), model.nodal_of[model.unknowns]
     for component in (0, 1):
         own = number[:, :, component]
         nodal[own] = field[component][own]
@@ -112,7 +111,7 @@ def interpolant(model: Solid, field: Array) -> Array:
     relative = (columns - columns[:, across, None, :]) / model.thickness
     relative[:, across] = columns[:, across]
     q = np.empty(model.size)
-    q[mesh.unknowns] = relative
+    q[model.unknowns] = relative
     return q
 
 

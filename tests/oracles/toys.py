@@ -130,23 +130,6 @@ def with_bystander(problem: Toy, height: float, slope: float) -> Toy:
     return Toy(problem.size + 1, function, bounded=np.array([problem.size]), lower=np.zeros(1))
 
 
-def opening(b: float = 0.25) -> Toy:
-    """A branch that turns back where its contact opens: unknowns x and y >= 0.
-
-    ``r_x = x - lam - y`` and ``r_y = 1 - x + b y``: on the floor x = lam with the force 1 - lam, up to lam = 1.  Off it
-    y = (x - 1) / b and ``lam = x - (x - 1) / b``, which falls as x grows where b < 1; where b < 1/2 the branch turns by
-    more than a right angle, so that no point lies ahead of lam = 1 however short the step.
-    """
-    k = np.array([[1.0, -1.0], [-1.0, b]])
-    rate = np.array([-1.0, 0.0])
-    return Toy(
-        2,
-        lambda q, lam: (k @ q + lam * rate + np.array([0.0, 1.0]), k, rate),
-        bounded=np.array([1]),
-        lower=np.zeros(1),
-    )
-
-
 def branches(paths: list[list[Callable[[float], float]]]) -> Toy:
     """Unknown i solves ``product over j of (q_i - paths[i][j](lam)) = 0``: branches that are known and never meet."""
 

@@ -13,11 +13,11 @@ from stripfold.solve import newton
 from stripfold.solve.linear import BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
 from stripfold.strip.model import Model
+from stripfold.strip.reference import Reference
 from stripfold.strip.rod import Rod
-from stripfold.strip.solid import Solid
+from verification.dynamics import HeldStrip
 from verification.hard_cases.arch import LENGTH, NONE, THICKNESS, Arch
 from verification.hard_cases.case import Finding, refined
-from verification.modes import HeldStrip
 
 CANTILEVER, THIN, COLUMNS = 2.0, 0.02, 80
 """Length and thickness, L*, and elements of a cantilever whose mesh is distorted."""
@@ -96,8 +96,8 @@ def droop(amount: float) -> Finding:
 
     def value_at(refinement: float) -> float:
         elements = round(COLUMNS / refinement)
-        model = Solid.of(CANTILEVER, THIN, elements=elements, distort=sheared(amount, elements))
-        clamp = model.mesh.unknowns[0].ravel()
+        model = Reference.of(CANTILEVER, THIN, elements=elements, distort=sheared(amount, elements))
+        clamp = model.unknowns[0].ravel()
         problem = HeldStrip(model, clamp, np.zeros(len(clamp)), np.zeros(len(clamp)))
         options = newton.NewtonOptions(max_iterations=100)
         place = model.mid_surface(newton.solve(problem, np.zeros(model.size), 0.0, NONE, options=options).q)
@@ -109,7 +109,7 @@ def droop(amount: float) -> Finding:
 
 def turned_over() -> None:
     """A mesh with elements inside out."""
-    Solid.of(CANTILEVER, THIN, elements=COLUMNS, distort=sheared(0.6))
+    Reference.of(CANTILEVER, THIN, elements=COLUMNS, distort=sheared(0.6))
 
 
 def pressed(model: Model, to: float) -> None:

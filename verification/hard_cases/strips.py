@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, 
 from stripfold.follow.statics import StripModel, along_x, at_lambda, lift, solve_height, start_along_x
 from stripfold.follow.track import End, Track
 from stripfold.solve import newton
-from stripfold.solve.events import Event, never
+from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
 from verification.hard_cases.case import Finding, refined
 
@@ -38,7 +38,7 @@ FINE = 0.25
 
 
 def located(follow: Callable[[float], Track], refinement: float) -> tuple[Track, float]:
-    """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
+    """A run and the error estimate of its lambda, as :func:`.critical.find` has it; nan where the ends differ."""
     fine, coarse = follow(refinement), follow(2.0 * refinement)
     error = abs(fine.lam - coarse.lam) + fine.slack
     return fine, error if fine.end is coarse.end else nan
@@ -143,7 +143,7 @@ def taut(refinement: float) -> Finding:
     # The elastica does not stretch.
     stretch = (truth.force_x + 0.5 * HEIGHT * free / strip.length) * strip.length * strip.thickness**2 / 12.0
     target = truth.advance - stretch
-    back = Event("target", lambda point, _: point.lam <= target, located=never)
+    back = Event("target", lambda point, _: point.lam <= target, tolerance=inf)
 
     def pull(refinement: float) -> float:
         start = start_along_x(_lifted(strip, HEIGHT, refinement), HEIGHT, -1.0)

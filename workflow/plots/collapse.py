@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from plots.motion import draw_gripper
 from plots.pieces import draw_states, entry, note
 from plots.readers import evenly, travel
+from stripfold.base.phases import AFTER, FALL
 from stripfold.draw.colours import CRITICAL, FALLING, SETTLED, STATIC
 from stripfold.draw.readers import Collapse, collapse
 from stripfold.draw.style import CM, Limits, around, draw_held_end, equal_panels, legend_above, styled, text_at
-from stripfold.follow.phases import AFTER, FALL
 
 STATES, TO_TOUCH, TO_REST = 12, 5, 3
 """Largest numbers of states drawn in each static part, in the fall up to the touch, and from there to rest."""
@@ -29,7 +29,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     The states of each part are even in how far the strip moved; in the fall up to the touch and from there to rest.
 
-    ``data`` is from :func:`stripfold.ask.collapse_record.run`.
+    ``data`` is from :func:`stripfold.ask.collapse.run`.
     """
     found = collapse(data)
     states, critical = found.states, found.critical

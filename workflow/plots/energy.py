@@ -7,10 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stripfold.base.phases import FALL
 from stripfold.draw.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILLION
 from stripfold.draw.readers import Collapse, collapse, require
 from stripfold.draw.style import MILLI, figure, styled, text_at
-from stripfold.follow.phases import FALL
 
 STACKED = {
     "kinetic": ("kinetic", GREEN),
@@ -29,7 +29,7 @@ def draw(data: xr.Dataset) -> Figure:
     All per width and relative to the start of the fall.  Dissipation is stacked on the kinetic energy: together they
     reach the line of what elasticity and gravity released and the gripper gave.
 
-    ``data`` is from :func:`stripfold.ask.collapse_record.run`.
+    ``data`` is from :func:`stripfold.ask.collapse.run`.
     """
     found = collapse(data)
     names = ("elastic", "gravity", "work", "closing", *STACKED)

@@ -30,12 +30,13 @@ STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers printed_law "
+            "barrier disturbed_rpath eigenvalues layer_friction low_paths order peers printed_law "
             "recordings_accuracy stability_map textile_law"
         ).split()
     },
     "fabrics": ["fabrics", "friction_margin"],
-    "fall_precision": ["fall_accuracy"],
+    "calibration": ["public_pictures"],
+    "fall_precision": ["falls"],
     "rod": ["models"],
     "friction_delay": ["friction_delay", "fabrics", "friction"],
     "friction_touch": ["friction_touch", "fabrics"],

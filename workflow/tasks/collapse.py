@@ -7,7 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from stripfold.ask import collapse_record as analysis
+from stripfold.ask import collapse as analysis
 from stripfold.ask.inputs import Simulation
 from stripfold.draw import film as films
 

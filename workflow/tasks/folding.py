@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 
 from stripfold import Strip
-from stripfold.ask import collapse_record
+from stripfold.ask import collapse
 from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
 from stripfold.paths import low
@@ -34,7 +34,7 @@ def assess(
 ) -> list[xr.Dataset]:
     """A material along each of the paper's folding paths."""
     strip = material_of(material, gravity)
-    fall = collapse_record.in_solver_units(Release(), strip)
+    fall = collapse.in_solver_units(Release(), strip)
     found = [assess_data.run(strip, material["length"], path, fall, refinement, progress) for path in paths]
     return [
         data.assign_attrs(title=f"{path} path, {material['label']}") for path, data in zip(paths, found, strict=True)
@@ -73,7 +73,7 @@ def two_ways(
 ) -> xr.Dataset:
     """The two post-critical branches of a material's R-path without friction."""
     strip = material_of(material, gravity)
-    fall = collapse_record.in_solver_units(Release(), strip)
+    fall = collapse.in_solver_units(Release(), strip)
     data = post_critical.two_ways(strip, material["length"], fall, refinement, progress)
     return data.assign_attrs(title=f"two ways out of an R-path, {material['label']}")
 

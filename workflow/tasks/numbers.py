@@ -16,6 +16,7 @@ from typing import Any
 import xarray as xr
 
 from plots import FIGURES, SECTIONS, gallery_markdown
+from stripfold.base.version import running_commit
 from stripfold.files import store
 from tasks import claims
 from verification import CHAPTERS
@@ -126,7 +127,7 @@ def about() -> str:
     """What the numbers of a release were made with."""
     model = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.M)
     machine = f"{os.cpu_count()} cores, {model[1] if model else platform.machine()}, Python {platform.python_version()}"
-    return f"Commit {store.running_commit()}, {date.today():%d %B %Y}, {machine}. Sample sizes are in the statements."
+    return f"Commit {running_commit()}, {date.today():%d %B %Y}, {machine}. Sample sizes are in the statements."
 
 
 def verdict(item: Entry) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.film.measured import RecordingMeasurement
+from stripfold.film.measure import RecordingMeasurement
 
 
 def record(

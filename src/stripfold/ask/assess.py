@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from math import isfinite, isnan, nan
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stripfold.ask.collapse_record import in_solver_units
+from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import PathInputs, Release
 from stripfold.ask.second_on_path import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
@@ -21,13 +21,13 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
+from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip
 from stripfold.follow.memory import STEP, effects_of, load_path
-from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.follow.statics import StripModel, remeshed
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import (
@@ -36,6 +36,7 @@ from stripfold.follow.track import (
     Track,
     first_landing,
     lying_length,
+    mid_surfaces,
     peak_forces,
     peak_push,
     peak_speed,
@@ -250,7 +251,7 @@ class PathAssessment(Result):
         unit = self.asked.gravity_length
         arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
         states = self.states if states is None else states
-        return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in states])
+        return unit * mid_surfaces(states, arc)
 
     def plot(self) -> Figure:
         """Draw the strip along the path; critical points are crosses, states after a fall green."""
@@ -304,8 +305,8 @@ class Marks(NamedTuple):
     failed: bool = False
 
     @classmethod
-    def of(cls, found: Track) -> Self:
-        """Read them from a track."""
+    def of(cls, found: Track) -> Marks:
+        """Take them from what was followed."""
         return cls(tuple(event.travelled for event in found.events), found.touch_x, found.failure is not None)
 
 
@@ -330,12 +331,11 @@ def assess(
     curve = path.curve.scaled(1.0 / unit)
     strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
-    coarser = COARSER * refinement
     again: Callable[[], Track]
     if asked.friction_moment is None and asked.pull is None:
         fall = in_solver_units(Release(), material) if asked.fall else None
         found = assess_strip(strip, curve, fall, refinement, progress)
-        again = partial(_again, found, strip, curve, fall, coarser)
+        again = partial(_again, found, strip, curve, fall, COARSER * refinement)
     else:
         if asked.step is not None and not 0.0 < asked.step <= unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
@@ -344,11 +344,10 @@ def assess(
         law = ("pull", asked.pull * unit / material.gravity) if asked.pull is not None else ("hysteresis", moment)
         effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
         found = load_path(strip.contact_mesh(refinement, memory=True), curve, effects, size, progress)
-        again = partial(load_path, strip.contact_mesh(coarser, memory=True), curve, effects, size)
-    events, failure = _events(found, material), found.failure
+        again = partial(load_path, strip.contact_mesh(COARSER * refinement, memory=True), curve, effects, size)
     here = Marks.of(found)
-    there = _on_another_mesh(again, progress) if compare else here
-    changes, touch_change, dependence = mesh_change(here, there)
+    changes, touch_change, dependence = mesh_change(here, _on_another_mesh(again, progress) if compare else here)
+    events, failure = _events(found, material), found.failure
     if asked.layer_friction is not None:
         if found.touch is not None:  # these statics know no friction between the layers
             events = []

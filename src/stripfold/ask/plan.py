@@ -229,8 +229,7 @@ class _Chooser:
             # A strip so far from where it snaps is lost on no mesh.
             how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
             if candidate.moment is not None:
-                friction = {"friction_moment": asked.friction_moment, "step": STEP * unit}
-                inputs = PathInputs(**strip.model_dump(), model="rod", **friction)
+                inputs = inputs.model_copy(update={"friction_moment": asked.friction_moment, "step": STEP * unit})
                 # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
                 # followed before, with less friction and by other steps.
                 how = {"yield_curvature": asked.yield_curvature, "refinement": REFINEMENT, "compare": False}

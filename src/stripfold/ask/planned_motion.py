@@ -11,7 +11,7 @@ from math import sqrt
 
 import numpy as np
 
-from stripfold.ask.collapse_record import in_solver_units
+from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError

@@ -12,8 +12,8 @@ from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, fro
 from stripfold.follow.contact_events import clearance, longest_free
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, static_track, to_the_end
 from stripfold.follow.track import CriticalEvent, End, Track
-from stripfold.solve import critical, limit_point
-from stripfold.solve.limit_point import LimitPoint
+from stripfold.solve import critical
+from stripfold.solve.critical import LimitPoint
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Tangent
 from stripfold.strip.moving_contact import MovingContact
@@ -84,7 +84,7 @@ def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 
     problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
     # There lambda stands still and the lift-off moves.
     towards = Tangent(problem.metric, 0.0)
-    limit = limit_point.solve(problem, q, last.advance, towards, problem.bounded, NEWTON)
+    limit = critical.limit_point(problem, q, last.advance, towards, problem.bounded, NEWTON)
     return as_first(Snap(problem, limit))
 
 

@@ -20,13 +20,10 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import BranchPoint
-from stripfold.follow.contact_set import on_nodes
-from stripfold.follow.statics import LIMIT, NODAL_STEPS, StripModel, to_the_end
+from stripfold.follow.statics import StripModel, branch, to_the_end
 from stripfold.follow.track import End, Track
-from stripfold.solve import continuation
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.problem import Point
-from stripfold.strip.contact_mesh import Topology
+from stripfold.strip.contact_mesh import POINT
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, TwoGrippers
 
@@ -35,8 +32,6 @@ BEFORE = 0.05
 NEAREST = 0.01
 """Least distance of the second gripper from the first, and from where the strip lies, L*: less than 1 mm, and less than
 any gripper is wide.  A rod a hundred times as short is too stiff for the solver."""
-REFINEMENTS = (1.0, 0.7, 0.5)
-"""Meshes with contact at nodes, in turn: where it jumps lambda has small maxima, which another mesh has elsewhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +126,7 @@ def held(at: BranchPoint, s: float) -> BranchPoint:
     ahead, up = at.mid_surface(np.array([s]))[0] + (0.5 * at.model.length - s, 0.0) - first.values(at.point.lam)
     two = TwoGrippers(first, s, float(ahead), float(up))
     contact, same_lam = np.array([s, at.contact[-1]]), (np.zeros(2), 1.0)
-    return contact_branch.transferred(at, contact, Topology.POINT, same_lam, two)
+    return contact_branch.transferred(at, contact, POINT, same_lam, two)
 
 
 def checked_place(place: float | Literal["auto"], auto: float, free_length: float, unit: float) -> float:
@@ -150,31 +145,17 @@ def checked_place(place: float | Literal["auto"], auto: float, free_length: floa
 def stable_advance(run: Track) -> tuple[float, End]:
     """The advance up to which a held strip is stable, at most its length, and the end: a touch if no snap follows.
 
-    From the touch of the sag on, the contact is at nodes.
-
-    Raises SolveError: the branch could not be followed on any mesh.
+    Raises SolveError: the branch could not be followed.
     """
     if run.end is not End.TOUCH:
         return run.lam, run.end
     last = run.points[-2] if len(run.points) > 1 else run.last
     assert isinstance(last, BranchPoint)
-    to, limits = max(run.lam, run.last.model.length), []
-    for refinement in REFINEMENTS:
-        try:
-            problem, point = on_nodes(last, refinement)
-            first = continuation.start(problem, point.q, point.lam, point.active, 1.0, NODAL_STEPS)
-            for item in continuation.follow(problem, first, NODAL_STEPS, [LIMIT]):
-                if not isinstance(item, Point):
-                    limits.append(item.before.lam)
-                    break
-                if item.lam >= to:
-                    return to, End.TOUCH
-        except SolveError as error:
-            failed = error
-    if not limits:
-        raise failed
-    # With contact at nodes a limit point may lie before the touch, up to which the strip is stable.
-    return max(run.lam, *limits), End.SNAP
+    to = max(run.lam, run.last.model.length)
+    for item in branch(last, to):
+        if not isinstance(item, BranchPoint):
+            return item.before.point.lam, End.SNAP
+    return to, End.TOUCH
 
 
 def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX:

@@ -10,7 +10,7 @@ from stripfold.ask.prediction import ElasticaPrediction, Snap, as_first, snap
 from stripfold.base.errors import SolveError
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.follow.track import Track
-from stripfold.solve import limit_point
+from stripfold.solve import critical
 from stripfold.solve.problem import Tangent
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX
@@ -50,5 +50,5 @@ def _from(last: Snap, strip: StripModel, height: float, refinement: float) -> Sn
     guess = np.append(before.resampled(q[:n], mesh.model.s), contact)
     stress = before.resampled_stress(q[:n], mesh.model)
     towards = Tangent(problem.metric, 0.0)
-    limit = limit_point.solve(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
+    limit = critical.limit_point(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
     return as_first(Snap(problem, limit))

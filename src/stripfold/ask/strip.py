@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from stripfold.base.arguments import checked
 from stripfold.base.errors import InvalidInputError
@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from stripfold.ask.map import StabilityMap
     from stripfold.ask.plan import FoldingPlan
     from stripfold.base.quantities import MovingModel
+    from stripfold.base.validation import Input
     from stripfold.paths import FoldPath
+
+    M = TypeVar("M", bound=Input)
 
 Progress = Callable[[str], None]
 
@@ -123,15 +126,7 @@ class Strip:
         """
         from stripfold.ask.inputs import Scene
 
-        scene = Scene(
-            **asdict(self),
-            height=height,
-            model=model,
-            accuracy=accuracy,
-            law=law,
-            eta_b_uncertainty=eta_b_uncertainty,
-            second_gripper=second_gripper,
-        )
+        scene = self._asked(Scene, locals())
         scene.require_long_enough()
         from stripfold.ask.critical import find
 
@@ -234,22 +229,17 @@ class Strip:
         SolveError
             Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
-        from stripfold.ask import inputs
+        from stripfold.ask.inputs import PathInputs
 
         self._check_path(path)
-        asked = inputs.PathInputs(
-            **asdict(self),
-            model=model,
-            fall=fall,
-            friction_moment=friction_moment,
-            pull=pull,
-            layer_friction=layer_friction,
-            step=step,
-            second_gripper=second_gripper,
-        )
+        asked = self._asked(PathInputs, locals())
         from stripfold.ask.assess import assess
 
         return assess(asked, path, progress)
+
+    def _asked(self, model: type[M], arguments: Mapping[str, Any]) -> M:
+        """Make the inputs of a question from this strip and the arguments of a method."""
+        return model(**asdict(self), **{key: arguments[key] for key in arguments if key in model.model_fields})
 
     def _check_path(self, path: Any) -> None:
         from stripfold.paths import FoldPath
@@ -289,10 +279,10 @@ class Strip:
         >>> round(found.touch_limit, 5), bool(found.hangs(0.0, 0.1)), bool(found.hangs(0.1, 0.1))
         (0.04757, True, False)
         """
-        from stripfold.ask import inputs
+        from stripfold.ask.inputs import MapInputs
         from stripfold.ask.map import StabilityMap
 
-        return StabilityMap.of(inputs.MapInputs(**asdict(self), friction_moment=friction_moment), progress)
+        return StabilityMap.of(self._asked(MapInputs, locals()), progress)
 
     @checked
     def plan(
@@ -339,17 +329,7 @@ class Strip:
         >>> found.path.name, round(found.margin, 5)
         ('low', 0.01477)
         """
-        from stripfold.ask import inputs
+        from stripfold.ask.inputs import PlanInputs
         from stripfold.ask.plan import FoldingPlan
 
-        asked = inputs.PlanInputs(
-            **asdict(self),
-            eta_b_uncertainty=eta_b_uncertainty,
-            margin=margin,
-            layers_may_slide=layers_may_slide,
-            friction_moment=friction_moment,
-            yield_curvature=yield_curvature,
-            speed=speed,
-            acceleration=acceleration,
-        )
-        return FoldingPlan.of(asked, progress)
+        return FoldingPlan.of(self._asked(PlanInputs, locals()), progress)

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
 from stripfold.base.arrays import Array
+from stripfold.base.phases import AFTER, BEFORE, FALL
 from stripfold.draw.colours import CRITICAL, FALLING, LEVEL, SETTLED
 from stripfold.draw.readers import Collapse, collapse
 from stripfold.draw.style import CM, figure, legend_above, styled, text_at
-from stripfold.follow.phases import AFTER, BEFORE, FALL
 
 LABELS = {BEFORE: "static, before", FALL: "fall", AFTER: "static, after"}
 SMOOTH = 50
@@ -25,7 +25,7 @@ STYLES = {BEFORE: "-", FALL: "--", AFTER: "-."}
 def draw(data: xr.Dataset) -> Figure:
     """Draw lambda over (a) the deflection, (b) the sag's height: black to lambda_c, red in the fall, green after it.
 
-    ``data`` is from :func:`stripfold.ask.collapse_record.run`.
+    ``data`` is from :func:`stripfold.ask.collapse.run`.
     """
     found = collapse(data)
     right, low, high = CM * float(found.deflection.max()), CM * found.lambda_0, CM * float(found.advance.max())

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.percent import Percent
+from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.draw.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
 from stripfold.draw.readers import Followed, collapse
 from stripfold.draw.style import CM, around, draw_held_end, equal_panels, styled
 from stripfold.files.store import atomic, literal
-from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
 
 FPS = 30
 """Frames per second."""
@@ -85,7 +85,7 @@ def frames(times: Array) -> Array:
 def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress | None = None) -> Path:
     """Draw a collapse as a film: :func:`draw`.
 
-    ``data``: from :func:`stripfold.ask.collapse_record.run`; ``path``, ``progress``: as there.
+    ``data``: from :func:`stripfold.ask.collapse.run`; ``path``, ``progress``: as there.
 
     Raises InvalidInputError:
     other data, or another suffix.

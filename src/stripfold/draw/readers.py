@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
-from stripfold.follow.phases import FALL, PHASES
+from stripfold.base.phases import FALL, PHASES
 
 _SCALARS = ("gripper_height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
 _LAYOUT: dict[str, tuple[str, ...]] = {
@@ -68,7 +68,7 @@ class Collapse(Followed):
 
 
 def collapse(data: xr.Dataset) -> Collapse:
-    """The collapse that a dataset from :func:`stripfold.ask.collapse_record.run` holds.
+    """The collapse that a dataset from :func:`stripfold.ask.collapse.run` holds.
 
     Raises InvalidInputError: it holds something else.
     """

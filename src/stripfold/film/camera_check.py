@@ -12,9 +12,9 @@ import numpy as np
 from stripfold.base.arrays import Picture
 from stripfold.base.errors import CalibrationError
 from stripfold.files import store
-from stripfold.film import intrinsics
+from stripfold.film import calibration
 from stripfold.film.boards import Board, Dictionary, detect, dictionary, reduced
-from stripfold.film.intrinsics import Intrinsics, View
+from stripfold.film.calibration import Intrinsics, View
 from stripfold.film.pictures import picture_files, read_calibration_picture
 
 MIN_MARKERS = 4
@@ -49,14 +49,14 @@ class CameraCheck:
         views = sum(seen.found for seen in self.pictures)
         shown = [
             ("result", "accepted" if isinstance(self.camera, Intrinsics) else "refused"),
-            ("views", f"{views} of {len(self.pictures)} pictures  (at least {intrinsics.MIN_VIEWS})"),
-            ("covered", f"{self.coverage:.1%} of the picture  (at least {intrinsics.MIN_COVERAGE:.0%})"),
+            ("views", f"{views} of {len(self.pictures)} pictures  (at least {calibration.MIN_VIEWS})"),
+            ("covered", f"{self.coverage:.1%} of the picture  (at least {calibration.MIN_COVERAGE:.0%})"),
         ]
         if np.isfinite(self.rms):
-            shown.append(("error", f"{self.rms:.3f} px  (reprojection, RMS; at most {intrinsics.MAX_RMS:g})"))
+            shown.append(("error", f"{self.rms:.3f} px  (reprojection, RMS; at most {calibration.MAX_RMS:g})"))
         if isinstance(self.camera, Intrinsics):
             sd = self.camera.inflation * np.sqrt(np.diag(self.camera.covariance))
-            values = zip(intrinsics.PARAMETERS, intrinsics.parameters(self.camera.camera), sd, strict=True)
+            values = zip(calibration.PARAMETERS, calibration.parameters(self.camera.camera), sd, strict=True)
             shown += [(name, f"{value:.6g} ± {error:.2g}") for name, value, error in values]
             shown.append(
                 ("two halves", f"{self.camera.split_half:.3f} px  (difference of cameras from half the views)")
@@ -103,7 +103,7 @@ def check(folder: Path, board: Board) -> CameraCheck:
 
     Raises InvalidInputError: no such folder, or a picture that cannot be read.
     """
-    pictures = [(path.name, read_calibration_picture(path)) for path in picture_files(folder, intrinsics.MAX_VIEWS)]
+    pictures = [(path.name, read_calibration_picture(path)) for path in picture_files(folder, calibration.MAX_VIEWS)]
     shapes = [picture.shape for _, picture in pictures]
     height, width = max(set(shapes), key=shapes.count)
     size = width, height
@@ -126,10 +126,10 @@ def check(folder: Path, board: Board) -> CameraCheck:
     camera: Intrinsics | CalibrationError
     try:
         if len(views) >= MIN_FIT:
-            whole = intrinsics.fit(views, size)
+            whole = calibration.fit_camera(views, size)
             rms = whole.rms
             errors = {view.name: float(error) for view, error in zip(views, whole.view_rms, strict=True)}
-        camera = intrinsics.calibrate(views, size)
+        camera = calibration.calibrate_camera(views, size)
     except CalibrationError as error:
         camera = error
     wrong = ""
@@ -144,7 +144,7 @@ def check(folder: Path, board: Board) -> CameraCheck:
         camera = CalibrationError(
             folder.name, wrong, "pictures of the described board", "count again, or describe the board that is shown"
         )
-    covered = intrinsics.coverage(views, size) if views else 0.0
+    covered = calibration.coverage(views, size) if views else 0.0
     pictured = tuple(Seen(name, not text, text, errors.get(name, float("nan"))) for name, text in words.items())
     return CameraCheck(pictured, covered, rms, camera)
 

@@ -19,7 +19,7 @@ from scipy.ndimage import median_filter
 from stripfold.base.arrays import Array
 from stripfold.base.errors import MeasurementError
 from stripfold.film.gripper import Track
-from stripfold.film.thumbnails import Thumbnails
+from stripfold.film.video import Thumbnails
 
 CELL, REACH = 20, 12
 """Side of a cell and largest shift, pixels of the pictures compared, which are small copies of those filmed."""

@@ -16,15 +16,31 @@ A textile need not be linear: ``m ~ kappa^n`` is fitted to the same shape; n = 1
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from stripfold.base.arrays import Array
+from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
-from stripfold.film.cross_sections import arc_length, tangents
-from stripfold.film.residuals import ShapeFit, correlation_length
+from stripfold.base.material import GRAVITY
+from stripfold.files.reporting import Rows, metres
+from stripfold.film.fold import ShapeFit, correlation_length
+from stripfold.film.line import Centreline, find
+from stripfold.film.line_kernels import arc_length, normals, tangents
+from stripfold.film.segmentation import enclosed_share, piece_along, second_edge
 
+POINTS = 100
+MIN_SAG = 0.0075
+"""Least distance of a hanging strip from the straight line through its ends, relative to its length: what is straighter
+can be the edge of anything."""
+STRAIGHT = "let 1 to 4 L* of it hang; is it a ruler or an edge? take it out of the picture"
+MAX_ENCLOSED = 0.25
+"""Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
+off some of it, but both are connected around the free end."""
+CLAMP, MAX_BESIDE = 0.2, 0.25
+"""Share of a hanging strip that may be held by something of its tone; largest share of the rest of what is connected
+with the strip that is not a part of it: 0.11 in a photograph with hairs, 0.38 in a shadow that halves eta_b."""
 SLOPE_SD = float(np.radians(0.5))
 """Uncertainty of a slope that is given, rad."""
 HOLD = 10.0
@@ -53,14 +69,102 @@ class Cantilever(ShapeFit):
     ``unit``: L* of the secant stiffness at the largest curvature where the law is not linear.  ``exponent``,
     ``exponents``: n of ``m ~ kappa^n``, 1 where it was not fitted, and the ends of its 95 % interval.  ``sd``: standard
     deviation of the curve, normal to it, shape (n,).  ``curvature``, ``slope``: largest curvature of the curve, 1 /
-    pixel, and its angle below the horizontal at the clamp, rad.
+    pixel, and its angle below the horizontal at the clamp, rad.  ``line``, ``power``: the measured centreline from the
+    clamp, and the fit of ``m ~ kappa^n``, where a picture was measured.
     """
 
+    method = "cantilever"
     exponent: float
     exponents: tuple[float, float]
     sd: Array
     curvature: float
     slope: float
+    line: Centreline | None = None
+    power: Cantilever | None = None
+
+    @property
+    def law(self) -> tuple[float, float, float]:
+        """n of ``M ~ kappa^n`` and its 95 % interval."""
+        assert self.power is not None
+        return self.power.exponent, *self.power.exponents
+
+    @property
+    def linear(self) -> bool:
+        """Whether the shape is that of a linear strip."""
+        _, low, high = self.law
+        return low <= 1.0 <= high
+
+    def secant(self, share: float, scale: float) -> float:
+        """Compute eta_b of the secant stiffness at ``share`` of the largest curvature, m^-4 s^2.
+
+        The stiffness ``M / kappa`` is proportional to ``kappa^(n - 1)``.
+        """
+        assert self.power is not None
+        return share ** (1.0 - self.power.exponent) / (GRAVITY * (self.power.unit * scale) ** 3)
+
+    def rows(self, scale: float) -> Rows:
+        assert self.line is not None
+        n, lower, upper = self.law
+        where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
+        no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
+        slope = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
+        secant = "from a quarter of the largest curvature to all of it"
+        law = f"M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"
+        softest, stiffest = self.secant(0.25, scale), self.secant(1.0, scale)
+        return [
+            ("length", metres(self.line.length * scale, "that hangs in the picture")),
+            ("slope", f"{np.degrees(self.slope):.1f} degrees {slope}"),
+            ("linear", f"{'yes' if self.linear else no}; {law}"),
+            ("  secant", f"eta_b {softest:.6g} to {stiffest:.6g} m^-4 s^2, {secant}"),
+        ]
+
+    def numbers(self, scale: float) -> dict[str, Any]:
+        assert self.line is not None
+        n, lower, upper = self.law
+        return {
+            "length": self.line.length * scale,
+            "linear": self.linear,
+            "exponent": n,
+            "exponent_lower": lower,
+            "exponent_upper": upper,
+            "eta_b_secant": self.secant(1.0, scale),
+            "curvature": self.curvature / scale,
+            "slope": float(np.degrees(self.slope)),
+        }
+
+
+def measure(image: Picture, source: str, slope: float | None, roll: float) -> Cantilever:
+    """Fit a hanging strip in an upright picture, grey values of shape (h, w).
+
+    ``slope``: angle below the horizontal at the clamp, rad; None: as the shape has it.  ``roll``: largest error of the
+    vertical, rad.  Raises TrackingError: no strip that hangs, or a shape that hardly depends on eta_b.
+    """
+    line = find(image, points=POINTS, source=source)
+    # The free end hangs below the clamp.
+    if line.points[0, 1] > line.points[-1, 1]:
+        line = line.reversed()
+    if line.open_ends[1]:
+        found = "the strip's lower end is cut by the picture's border"
+        raise TrackingError(source, found, NEEDED, "show all of the strip that hangs")
+    enclosed = enclosed_share(image, line.points, line.width, line.bright)
+    if enclosed > MAX_ENCLOSED:
+        found = f"a closed outline: {enclosed:.0%} of the line divide what is enclosed from what is not"
+        raise TrackingError(source, found, NEEDED, "let nothing touch the free end, nor the strip itself")
+    _, nearest, beside = piece_along(image, line.points, line.width, line.bright)
+    beside = beside[nearest > CLAMP * POINTS]
+    if beside.mean() > MAX_BESIDE:
+        raise second_edge(float(beside.sum() / (~beside).sum()), source, NEEDED)
+    chord = line.points - line.points[0]
+    sag = float(np.abs(chord @ normals(line.points[[0, -1]])[0]).max())
+    if sag < MIN_SAG * line.length:
+        found = f"a line that is bent by {sag / line.length:.1%} of its length"
+        raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {NEEDED}", STRAIGHT)
+    # A frayed or slanted end is known to half of the strip's thickness.
+    tip_sd = max(0.5 * float(np.median(line.width)), 1.0)
+    shape, power = (
+        fit(line.points, line.sd, tip_sd, roll, linear=linear, slope=slope, source=source) for linear in (True, False)
+    )
+    return replace(shape, line=line, power=power)
 
 
 def fit(

@@ -21,6 +21,7 @@ from scipy.optimize import minimize_scalar
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SynchronisationError
 from stripfold.files.tables import read_table
+from stripfold.film.fitted import BEND_SHARE, LAG_SD, SLOPE_SHARE
 
 MAX_ROWS = 1_000_000
 MIN_CORRELATION = 0.999
@@ -31,9 +32,6 @@ MIN_FRAMES = 5
 """Frames that both must cover."""
 _MAX_FRAMES, _MAX_OFFSETS = 2000, 4000
 """Frames and offsets in the grid search."""
-SLOPE_SHARE = BEND_SHARE = 0.25
-"""Standard deviations of the slope and of the bend of x's error along the gripper's way, at its ends, as shares of that
-of the shift: in synthetic recordings with known offsets they are 0.21 and 0.26."""
 PLAUSIBLE = 3.0
 """Shift, in its standard deviations, that the mapping may have."""
 OUTLIER = 2.0
@@ -43,9 +41,6 @@ REPEATED = 0.4
 a compressed film repeats the picture of a marker at rest with its noise."""
 SMOOTHING = 0.06
 """Half the time over which the log is averaged, s."""
-LAG_SD = 0.035
-"""Standard deviation of the distance by which a moving marker is shown behind its place where a film is compressed by
-prediction from frame to frame, pixels: changes too small for the encoder's quantiser are left out."""
 _RANGE, _POINTS, _PASSES = 6.0, 121, 6
 """Offsets at which the probability is evaluated: half their range in standard deviations, their number, and how often
 range and weights are improved."""

@@ -2,22 +2,18 @@
 
 A picture of a few megabytes can occupy a decoder for minutes inside one call (a progressive JPEG with many scans takes
 1 ms per 31 bytes), which nothing in the same process could interrupt.  :mod:`stripfold.film.video` therefore starts
-``python -m stripfold.film.decoding FD MEMORY PATH`` and receives messages in JSON through the connection ``FD``, a
-file descriptor: lists of several, since two processes that take turns at each frame find their caches filled by the
-other.  The grey picture of a ``frame``, one byte per pixel, is in the shared memory ``MEMORY``, from the byte ``start``
-on, its rows ``stride`` bytes apart, until the reader answers that it has copied all of a list.
+``python -m stripfold.film.decoding CHANNEL PATH`` and reads from its standard output: for each message the number of
+its bytes, four of them, the message in JSON, and of a ``frame`` as many ``bytes`` of its grey picture as it says, one
+per pixel, the rows ``stride`` bytes apart.
 """
 
 from __future__ import annotations
 
 import json
-import mmap
+import os
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
-from multiprocessing.connection import Connection
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
 import av
@@ -27,10 +23,8 @@ from av.video.stream import VideoStream
 
 MAX_PIXELS = 36_000_000
 """Pixels of a frame: 8K fits."""
-MEMORY = MAX_PIXELS + (1 << 24)
-"""Bytes of the shared memory: a frame whose rows a decoder has padded."""
-BATCH, BATCH_SECONDS = 8, 0.2
-"""Most frames sent at a time, and for how long they are collected, s."""
+MAX_BYTES = MAX_PIXELS + (1 << 24)
+"""Bytes of a frame whose rows a decoder has padded."""
 MAX_FRAMES = 200_000
 """Frames of a recording: nearly an hour at 60 per second."""
 MAX_ERRORS = 100
@@ -69,7 +63,7 @@ def frame_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
 
 
-def messages(path: Path, channel: int = 0) -> Iterator[tuple[Message, memoryview | None]]:
+def messages(path: Path, channel: int = 0) -> Iterator[tuple[Message, memoryview | bytes]]:
     """The content of a video or a folder of frames: one ``start``, each ``frame`` with its picture, one ``end``.
 
     ``channel`` is an index of :data:`CHANNELS`.
@@ -80,7 +74,7 @@ def messages(path: Path, channel: int = 0) -> Iterator[tuple[Message, memoryview
         with _open(file) as container:
             stream = _stream(container)
             if file == files[0]:
-                yield {"kind": "start", **_declared(container, stream, len(files) if path.is_dir() else 0)}, None
+                yield {"kind": "start", **_declared(container, stream, len(files) if path.is_dir() else 0)}, b""
             damaged = False
             for packet in container.demux(stream):
                 fault, frames = packet.is_corrupt, []
@@ -104,7 +98,7 @@ def messages(path: Path, channel: int = 0) -> Iterator[tuple[Message, memoryview
                     if count == 1:
                         message["coloured"] = _coloured(frame)
                     yield message, picture
-    yield {"kind": "end", "errors": errors}, None
+    yield {"kind": "end", "errors": errors}, b""
 
 
 def _open(file: Path) -> av.container.InputContainer:
@@ -195,23 +189,21 @@ def _frame(frame: VideoFrame, damaged: bool, channel: int) -> tuple[Message, mem
     return message, plane[: stride * chosen.height]
 
 
-def main(descriptor: int, memory: int, channel: int, path: Path) -> None:
-    """Send a channel of ``path``; errors are sent as the message ``refused``."""
+def main(channel: int, path: Path) -> None:
+    """Write a channel of ``path`` to the standard output; errors are written as the message ``refused``."""
     import resource  # not on Windows
 
     av.logging.set_level(av.logging.ERROR)
     resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with Connection(descriptor) as connection, mmap.mmap(memory, MEMORY) as shared:
-        sent = _Batches(connection, shared)
+    try:
         try:
             for message, picture in messages(path, channel):
-                sent.add(message, picture)
-            sent.flush()
+                _send(message, picture)
             return
-        except (BrokenPipeError, EOFError, ConnectionResetError):
-            return  # the reader has stopped
+        except BrokenPipeError:
+            raise
         except Refusal as refusal:
             reason = str(refusal)
         except MemoryError:
@@ -219,42 +211,20 @@ def main(descriptor: int, memory: int, channel: int, path: Path) -> None:
         except Exception as error:
             # Malformed files raise errors of many types in the libraries.
             reason = f"decoding failed ({error!r:.200})"
-        with suppress(BrokenPipeError, EOFError, ConnectionResetError):
-            sent.add({"kind": "refused", "reason": reason}, None)
-            sent.flush()
+        _send({"kind": "refused", "reason": reason}, b"")
+    except BrokenPipeError:
+        os._exit(0)  # the reader has stopped; nothing more is flushed
 
 
-class _Batches:
-    """Collects messages and their pictures, and sends them when there is no more room or time."""
-
-    def __init__(self, connection: Connection, shared: mmap.mmap) -> None:
-        self._connection, self._shared = connection, shared
-        self._waiting: list[Message] = []
-        self._used, self._read, self._began = 0, True, 0.0
-
-    def add(self, message: Message, picture: memoryview | None) -> None:
-        if picture is not None:
-            if self._used + len(picture) > MEMORY:
-                self.flush()
-            if not self._read:
-                self._connection.recv_bytes()
-                self._used, self._read = 0, True
-            self._shared[self._used : self._used + len(picture)] = picture
-            message["start"] = self._used
-            self._used += len(picture)
-        if not self._waiting:
-            self._began = monotonic()
-        self._waiting.append(message)
-        late = monotonic() - self._began > BATCH_SECONDS
-        if late or len(self._waiting) == BATCH or message["kind"] == "start":
-            self.flush()
-
-    def flush(self) -> None:
-        if self._waiting:
-            self._connection.send_bytes(json.dumps(self._waiting).encode())
-            self._read = self._read and self._used == 0
-            self._waiting = []
+def _send(message: Message, picture: memoryview | bytes) -> None:
+    if len(picture) > MAX_BYTES:
+        raise Refusal(f"a frame has {len(picture)} bytes")
+    header = json.dumps(message | {"bytes": len(picture)}).encode()
+    out = sys.stdout.buffer
+    out.write(len(header).to_bytes(4, "big") + header)
+    out.write(picture)
+    out.flush()
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))
+    main(int(sys.argv[1]), Path(sys.argv[2]))

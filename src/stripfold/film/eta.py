@@ -1,46 +1,45 @@
-"""eta_b from one picture: of the loop of a folded strip, or of a strip that hangs out of a clamp.
+"""eta_b of a fabric: by the height of its fold, a hanging loop, a bending test, or from one picture.
 
-The interval covers what the picture says, scatter of the edges, light and the free end, and where the camera may have
-stood, which nobody measures.  The scale holds in the plane of the strip's near edge; behind it all is seen smaller,
-and the middle of the band that is seen lies between both edges: that makes eta_b up to 3/2 of the depth too high.  A
-tilt of the camera shows a face of the strip and shortens the picture; its roll turns the vertical, on which only a
-hanging strip depends.  The interval excludes the scale, an error of 1 % of which is one of 3 % of eta_b with either
-method, and friction and plasticity of the cloth.
+A picture shows the loop of a folded strip, or a strip that hangs out of a clamp.  The interval covers what the picture
+says, scatter of the edges, light and the free end, and where the camera may have stood, which nobody measures.  The
+scale holds in the plane of the strip's near edge; behind it all is seen smaller, and the middle of the band that is
+seen lies between both edges: that makes eta_b up to 3/2 of the depth too high.  A tilt of the camera shows a face of
+the strip and shortens the picture; its roll turns the vertical, on which only a hanging strip depends.  The interval
+excludes the scale, an error of 1 % of which is one of 3 % of eta_b with either method, and friction and plasticity of
+the cloth.
 """
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from math import isnan, nan, radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
+from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Picture
-from stripfold.base.errors import TrackingError
+from stripfold.base.errors import InvalidInputError, TrackingError
+from stripfold.base.extras import require
 from stripfold.base.material import GRAVITY, Material
-from stripfold.film import cantilever, fold
-from stripfold.film.cantilever import Cantilever
-from stripfold.film.centreline import Centreline, find
-from stripfold.film.cross_sections import normals
-from stripfold.film.fold import Fold
-from stripfold.film.segmentation import enclosed_share, piece_along, second_edge
+from stripfold.base.quantities import ETA_B
+from stripfold.files import schema
+from stripfold.files.reporting import Result, Rows, metres
+from stripfold.film.fitted import TILT_ERROR
+from stripfold.film.request import KES_B, KES_HB, EtaRequest
 
-POINTS = 100
-MAX_INTERVAL_RATIO = 30.0
-"""Largest ratio of an interval's ends that is still called a measurement."""
-MIN_SAG = 0.0075
-"""Least distance of a hanging strip from the straight line through its ends, relative to its length: what is straighter
-can be the edge of anything."""
-STRAIGHT = "let 1 to 4 L* of it hang; is it a ruler or an edge? take it out of the picture"
-MAX_ENCLOSED = 0.25
-"""Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
-off some of it, but both are connected around the free end."""
-CLAMP, MAX_BESIDE = 0.2, 0.25
-"""Share of a hanging strip that may be held by something of its tone; largest share of the rest of what is connected
-with the strip that is not a part of it: 0.11 in a photograph with hairs, 0.38 in a shadow that halves eta_b."""
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from stripfold.film.fold import ShapeFit
+
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
 width of the strip over its distance from the camera, that are not excluded unless less is stated."""
+
+MAX_INTERVAL_RATIO = 30.0
+"""Largest ratio of an interval's ends that is still called a measurement."""
 
 
 @dataclass(frozen=True)
@@ -52,102 +51,109 @@ class View:
     depth: float = DEPTH
 
 
-@dataclass(frozen=True, eq=False)
-class EtaB:
-    """eta_b of a strip from one picture with ``scale`` metres per pixel: a shape fitted to what is seen."""
+@dataclass(frozen=True, eq=False, repr=False)
+class EtaB(Result):
+    """A measured weight-to-bending-stiffness ratio.
 
-    scale: float
-    view: View
-    fit: Fold | Cantilever
-    tilt_error: ClassVar[float]
-    """Largest relative error of eta_b by a degree of the camera's tilt, in 95 % of drawn strips up to 2.5 L* wide."""
+    Source: docs/measuring.md.
 
-    @property
-    def eta_b(self) -> float:
-        """Weight-to-bending-stiffness ratio, m^-4 s^2."""
-        return _eta_b(self.fit.unit * self.scale)
+    Attributes
+    ----------
+    eta_b, interval
+        m^-4 s^2; the 95 % interval is known from a picture only, else nan.
+    gravity_length
+        L*, m.
+    friction_moment, friction_moment_star
+        Friction moment in bending M_0, N and rho_a g L*^2; nan if it is not known.
+    fit
+        The shape fitted to a picture, pixels; None without one.
+    image, scale, view
+        The picture, grey values, m per pixel, and what is not excluded of the camera.
+    """
 
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Interval of ``eta_b``, m^-4 s^2: 95 %, however the camera stood within its view."""
-        low, high = self.fit.interval
-        tilted = self.tilt_error * self.view.tilt
-        nearer = (1.0 - 0.5 * self.view.depth) ** 3
-        return _eta_b(high * self.scale) * nearer * (1.0 - tilted), _eta_b(low * self.scale) * (1.0 + tilted)
+    eta_b: float
+    gravity_length: float
+    interval: tuple[float, float] = (nan, nan)
+    friction_moment: float = nan
+    friction_moment_star: float = nan
+    fit: ShapeFit | None = None
+    image: Any = None
+    scale: float = nan
+    view: View = View()
+    title = "a weight-to-bending-stiffness ratio"
+    shown = ("eta_b", "gravity_length")
+
+    @classmethod
+    def of(cls, asked: EtaRequest) -> EtaB:
+        """Measure it.
+
+        Raises
+        ------
+        InvalidInputError
+            Not a picture, or no eta_b of a strip.
+        TrackingError
+            No strip in the picture as the method needs it.
+        """
+        if asked.image is None or asked.scale is None or asked.method is None:
+            found = _of_numbers(asked)
+        else:
+            require("vision")
+            from stripfold.film.pictures import read_grey
+
+            view = View(**asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True))
+            name = Path(asked.image).name
+            found = from_image(read_grey(asked.image), asked.scale, asked.method, name, asked.slope, view)
+        if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
+            key = next(key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None)
+            allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
+            raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
+        return found
 
     @property
     def residual(self) -> float:
-        """Root mean square of the distances between measured and fitted points, m."""
-        return self.fit.rms * self.scale
+        """Root mean square of the distances between measured and fitted points, m; nan without a picture."""
+        return nan if self.fit is None else self.fit.rms * self.scale
 
-    @property
-    def gravity_length(self) -> float:
-        """L*, m."""
-        return Material(self.eta_b).gravity_length
+    def rows(self) -> Rows:
+        rows = [("eta_b", f"{self.eta_b:.6g} m^-4 s^2")]
+        if self.fit is None:
+            rows.append(("L*", f"{self.gravity_length:.6g} m, Peirce's bending length"))
+            text = f"{self.friction_moment_star:.4g} rho_a g L*^2, {self.friction_moment:.4g} N, friction"
+            return rows if isnan(self.friction_moment) else [*rows, ("M_0", text)]
+        (low, high), view = self.interval, self.view
+        roll = f"roll up to {view.roll:g}, " if self.fit.method == "cantilever" else ""
+        camera = f"tilt up to {view.tilt:g} degrees, {roll}depth {view.depth:g}"
+        return [
+            *rows,
+            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given; {camera}"),
+            ("L*", f"{self.gravity_length:.6g} m"),
+            ("residual", metres(self.residual, "root mean square of measured less fitted")),
+            *self.fit.rows(self.scale),
+        ]
 
-    def fields(self) -> dict[str, Any]:
-        """Plain values, SI units."""
-        return {
-            "eta_b": self.eta_b,
-            "eta_b_lower": self.interval[0],
-            "eta_b_upper": self.interval[1],
-            "gravity_length": self.gravity_length,
-            "residual": self.residual,
-        }
+    def to_dict(self) -> dict[str, Any]:
+        found: dict[str, Any] = {"eta_b": self.eta_b, "gravity_length": self.gravity_length}
+        if self.fit is not None:
+            low, high = self.interval
+            bounds = {"eta_b": self.eta_b, "eta_b_lower": low, "eta_b_upper": high}
+            found = {"method": self.fit.method} | bounds | found | {"residual": self.residual}
+            return found | self.fit.numbers(self.scale)
+        if not isnan(self.friction_moment):
+            found |= {"friction_moment": self.friction_moment, "friction_moment_star": self.friction_moment_star}
+        return found
 
+    def to_dataset(self) -> xr.Dataset:
+        low, high = self.interval
+        values = {"eta_b": self.eta_b, "eta_b_lower": low, "eta_b_upper": high, "gravity_length": self.gravity_length}
+        return schema.dataset({name: ((), value) for name, value in values.items()})
 
-@dataclass(frozen=True, eq=False)
-class FoldEtaB(EtaB):
-    """By the loop of a strip folded in half."""
+    def plot(self) -> Figure:
+        """The fit over the picture."""
+        if self.fit is None:
+            raise InvalidInputError("image", None, "a picture", "without one there is nothing to draw")
+        from stripfold.film import eta_figure
 
-    fit: Fold
-    tilt_error = 0.008
-
-    def fields(self) -> dict[str, Any]:
-        height = self.fit.height * self.scale
-        return {"method": "fold", **super().fields(), "height": height, "height_sd": height * self.fit.sd}
-
-
-@dataclass(frozen=True, eq=False)
-class CantileverEtaB(EtaB):
-    """By a linear strip that hangs; ``line`` is the centreline from the clamp, ``power`` the fit of ``M ~ kappa^n``."""
-
-    fit: Cantilever
-    line: Centreline
-    power: Cantilever
-    # The far edge of the free end is seen beyond the near one.
-    tilt_error = 0.025
-
-    @property
-    def exponent(self) -> tuple[float, float, float]:
-        """n of ``M ~ kappa^n`` and its 95 % interval."""
-        return self.power.exponent, *self.power.exponents
-
-    @property
-    def linear(self) -> bool:
-        """Whether the shape is that of a linear strip."""
-        _, low, high = self.exponent
-        return low <= 1.0 <= high
-
-    def secant(self, share: float) -> float:
-        """eta_b of the secant stiffness at ``share`` of the largest curvature, m^-4 s^2.
-
-        The stiffness ``M / kappa`` is proportional to ``kappa^(n - 1)``.
-        """
-        return _eta_b(self.power.unit * self.scale) * share ** (1.0 - self.power.exponent)
-
-    def fields(self) -> dict[str, Any]:
-        names = ("exponent", "exponent_lower", "exponent_upper")
-        return {
-            "method": "cantilever",
-            **super().fields(),
-            "length": self.line.length * self.scale,
-            "linear": self.linear,
-            **dict(zip(names, self.exponent, strict=True)),
-            "eta_b_secant": self.secant(1.0),
-            "curvature": self.fit.curvature / self.scale,
-            "slope": float(np.degrees(self.fit.slope)),
-        }
+        return eta_figure.draw(self)
 
 
 def from_image(
@@ -157,57 +163,135 @@ def from_image(
     source: str = "picture",
     slope: float | None = None,
     view: View | None = None,
-) -> FoldEtaB | CantileverEtaB:
-    """eta_b from grey values, shape (h, w), with ``scale`` metres per pixel; the picture is upright.
+) -> EtaB:
+    """Measure eta_b in grey values, shape (h, w), with ``scale`` metres per pixel; the picture is upright.
 
-    ``slope``, in degrees, is the angle of a cantilever below the horizontal at its clamp; None: as the shape has it.
-    ``view``: what is not excluded of the camera; None: nothing was measured.
+    ``slope``, in degrees, is the angle of a cantilever below the horizontal at its clamp; None: as the shape has
+    it.  ``view``: what is not excluded of the camera; None: nothing was measured.
 
     Raises TrackingError: no strip as the method needs it.
     """
+    from stripfold.film import cantilever, fold
+
     view = view or View()
+    fit: ShapeFit
     if method == "fold":
-        return FoldEtaB(scale, view, fold.measure(image, source))
-    return _from_cantilever(image, scale, source, slope, view)
+        fit = fold.measure(image, source)
+    else:
+        fit = cantilever.measure(image, source, None if slope is None else radians(slope), radians(view.roll))
+    # However the camera stood within its view.
+    low, high = (eta_b_of(unit * scale) for unit in reversed(fit.interval))
+    tilted, nearer = TILT_ERROR[method] * view.tilt, (1.0 - 0.5 * view.depth) ** 3
+    interval = low * nearer * (1.0 - tilted), high * (1.0 + tilted)
+    if interval[1] > MAX_INTERVAL_RATIO * interval[0]:
+        found = f"the strip's shape leaves eta_b anywhere from {interval[0]:.3g} to {interval[1]:.3g} m^-4 s^2"
+        needed = f"an interval narrower than a factor {MAX_INTERVAL_RATIO:g}"
+        raise TrackingError(source, found, needed, "let 1 to 4 L* of it hang")
+    eta_b = eta_b_of(fit.unit * scale)
+    unit = Material(eta_b).gravity_length
+    return EtaB(eta_b, unit, interval, fit=fit, image=image, scale=scale, view=view)
 
 
-def _eta_b(unit: float) -> float:
-    """From L*, m."""
+def _of_numbers(asked: EtaRequest) -> EtaB:
+    """eta_b without a picture."""
+    from stripfold import elastica
+
+    rho_a = nan
+    if asked.fold_height is not None:
+        eta_b = elastica.eta_b_from_fold_height(asked.fold_height)
+    elif asked.loop is not None:
+        assert asked.length is not None  # the request has checked both
+        assert asked.height is not None
+        eta_b = elastica.eta_b_from_hanging_loop(asked.loop, asked.length, asked.height)
+    elif asked.bending_length is not None:
+        eta_b = eta_b_of(asked.bending_length)
+    else:
+        assert asked.gsm is not None  # the request has one of the sources
+        rigidity = asked.rigidity if asked.kes_b is None else KES_B * asked.kes_b
+        assert rigidity is not None
+        rho_a = 1e-3 * asked.gsm
+        eta_b = rho_a / rigidity
+    unit = Material(eta_b).gravity_length
+    moment = nan if asked.kes_2hb is None else 0.5 * KES_HB * asked.kes_2hb
+    return EtaB(eta_b, unit, friction_moment=moment, friction_moment_star=moment / (rho_a * GRAVITY * unit**2))
+
+
+def eta_b_of(unit: float) -> float:
+    """Compute eta_b, m^-4 s^2, from L*, m."""
     return 1.0 / (GRAVITY * unit**3)
 
 
-def _from_cantilever(image: Picture, scale: float, source: str, slope: float | None, view: View) -> CantileverEtaB:
-    line = find(image, points=POINTS, source=source)
-    # The free end hangs below the clamp.
-    if line.points[0, 1] > line.points[-1, 1]:
-        line = line.reversed()
-    if line.open_ends[1]:
-        found = "the strip's lower end is cut by the picture's border"
-        raise TrackingError(source, found, cantilever.NEEDED, "show all of the strip that hangs")
-    enclosed = enclosed_share(image, line.points, line.width, line.bright)
-    if enclosed > MAX_ENCLOSED:
-        found = f"a closed outline: {enclosed:.0%} of the line divide what is enclosed from what is not"
-        raise TrackingError(source, found, cantilever.NEEDED, "let nothing touch the free end, nor the strip itself")
-    _, nearest, beside = piece_along(image, line.points, line.width, line.bright)
-    beside = beside[nearest > CLAMP * POINTS]
-    if beside.mean() > MAX_BESIDE:
-        raise second_edge(float(beside.sum() / (~beside).sum()), source, cantilever.NEEDED)
-    chord = line.points - line.points[0]
-    sag = float(np.abs(chord @ normals(line.points[[0, -1]])[0]).max())
-    if sag < MIN_SAG * line.length:
-        found = f"a line that is bent by {sag / line.length:.1%} of its length"
-        raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {cantilever.NEEDED}", STRAIGHT)
-    # A frayed or slanted end is known to half of the strip's thickness.
-    held = None if slope is None else float(np.radians(slope))
-    tip_sd, roll = max(0.5 * float(np.median(line.width)), 1.0), float(np.radians(view.roll))
-    shape, power = (
-        cantilever.fit(line.points, line.sd, tip_sd, roll, linear=linear, slope=held, source=source)
-        for linear in (True, False)
+@checked
+def eta_b(
+    *,
+    fold_height: float | None = None,
+    image: str | os.PathLike[str] | None = None,
+    scale: float | None = None,
+    method: Literal["fold", "cantilever"] | None = None,
+    slope: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+    depth: float | None = None,
+    bending_length: float | None = None,
+    rigidity: float | None = None,
+    kes_b: float | None = None,
+    kes_2hb: float | None = None,
+    gsm: float | None = None,
+) -> EtaB:
+    """The weight-to-bending-stiffness ratio of a fabric.
+
+    Parameters
+    ----------
+    fold_height
+        Height of the loop of a strip folded in half, m; or
+    image
+        a picture, upright, of such a loop or of a strip that hangs out of a clamp, with
+    scale
+        m per pixel, and
+    method
+        "fold" or "cantilever".
+    slope
+        Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
+    tilt, roll, depth
+        What is not excluded of the camera, and so part of the interval: the angles of its axis to the strip's width and
+        of its rows to the horizontal, degrees, and the strip's width over its distance; 3, 1 and 0.05 if left out.
+    bending_length
+        Peirce's bending length, m: it is L*; or
+    rigidity
+        bending stiffness per width, N m; or
+    kes_b, kes_2hb
+        B, gf cm^2/cm, of Kawabata's test and, if known, its 2HB, gf cm/cm: the friction; these or the rigidity with
+    gsm
+        weight per area, g/m^2.
+
+    Raises
+    ------
+    InvalidInputError
+        A value that cannot be used.
+    MeasurementError
+        The picture shows no such strip.
+
+    Examples
+    --------
+    >>> import stripfold as sf
+    >>> round(sf.eta_b(fold_height=0.0272).eta_b, 1)
+    3774.6
+    """
+    picture = None if image is None else str(file_name("image", image))
+    return EtaB.of(
+        EtaRequest(
+            fold_height=fold_height,
+            image=picture,
+            scale=scale,
+            method=method,
+            slope=slope,
+            tilt=tilt,
+            roll=roll,
+            depth=depth,
+            bending_length=bending_length,
+            rigidity=rigidity,
+            kes_b=kes_b,
+            kes_2hb=kes_2hb,
+            gsm=gsm,
+        )
     )
-    measured = CantileverEtaB(scale, view, shape, line, power)
-    low, high = measured.interval
-    if high > MAX_INTERVAL_RATIO * low:
-        found = f"the strip's shape leaves eta_b anywhere from {low:.3g} to {high:.3g} m^-4 s^2"
-        needed = f"an interval narrower than a factor {MAX_INTERVAL_RATIO:g}"
-        raise TrackingError(source, found, needed, "let 1 to 4 L* of it hang")
-    return measured

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from stripfold.base.arrays import Array, Picture
 from stripfold.draw.colours import BLUE, GREY, MID_SURFACE, ORANGE
 from stripfold.draw.style import MILLI, WIDTH, figure, styled
-from stripfold.film.eta import CantileverEtaB, FoldEtaB
+from stripfold.film.cantilever import Cantilever
+from stripfold.film.eta import EtaB
 from stripfold.film.fold import Fold
 
 MAX_SIDE = 700
@@ -17,22 +18,21 @@ MAX_SIDE = 700
 
 
 @styled
-def draw(image: Picture, found: FoldEtaB | CantileverEtaB) -> Figure:
-    """Draw the fit over the picture, and the residual below it, both in mm.
-
-    ``image``: grey values, shape (h, w).  ``found``: from :func:`stripfold.film.eta.from_image`.
-    """
-    unit = found.scale * MILLI
-    rows, columns = _window(found.fit.curve if isinstance(found, FoldEtaB) else found.line.points, image.shape)
+def draw(found: EtaB) -> Figure:
+    """Draw the fit over the picture, and the residual below it, both in mm."""
+    image, fit, unit = found.image, found.fit, found.scale * MILLI
+    assert isinstance(fit, Fold | Cantilever)
+    shown = fit.line.points if isinstance(fit, Cantilever) and fit.line is not None else fit.curve
+    rows, columns = _window(shown, image.shape)
     aspect = (rows.stop - rows.start) / (columns.stop - columns.start)
     height = min(max(0.85 * WIDTH * aspect, 0.9), 3.6)
     fig = figure(height + 1.75)
     above, below = fig.subplots(2, 1, height_ratios=(height, 1.0))
     draw_picture(above, image, unit, rows, columns)
-    if isinstance(found, FoldEtaB):
-        _fold(above, below, found.fit, unit)
+    if isinstance(fit, Fold):
+        _fold(above, below, fit, unit)
     else:
-        _cantilever(above, below, found, unit)
+        _cantilever(above, below, fit, unit)
     below.axhline(0.0, color=GREY, lw=0.6)
     below.set_ylabel("residual [mm]")
     low, high = found.interval
@@ -54,8 +54,10 @@ def draw_picture(
     ax.set(xlabel="mm", ylabel="mm", xlim=extent[:2], ylim=extent[2:])
 
 
-def _cantilever(above: Axes, below: Axes, found: CantileverEtaB, unit: float) -> None:
-    line, shape, power = found.line, found.fit, found.power
+def _cantilever(above: Axes, below: Axes, shape: Cantilever, unit: float) -> None:
+    line, power = shape.line, shape.power
+    assert line is not None
+    assert power is not None
     above.plot(*(line.points * unit).T, color=MID_SURFACE, label="centreline")
     above.plot(*(shape.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="linear strip")
     s, residual = line.arc * unit, shape.residual * unit
@@ -63,7 +65,7 @@ def _cantilever(above: Axes, below: Axes, found: CantileverEtaB, unit: float) ->
         band = 1.96 * half * unit
         below.fill_between(s, centre - band, centre + band, color=colour, alpha=alpha, lw=0.0)
     below.plot(s, residual, color=BLUE, label="_linear")
-    if not found.linear:
+    if not shape.linear:
         above.plot(*(power.curve * unit).T, color=ORANGE, lw=1.0, ls=":", label=r"$M \sim \kappa^n$")
         below.plot(s, power.residual * unit, color=ORANGE, ls="-", lw=0.9, label="_power")
     below.set(xlabel="arc length from the clamp [mm]", xlim=(s[0], s[-1]))

@@ -26,9 +26,10 @@ from stripfold.base.errors import MeasurementError, SolveError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.elastica import with_friction
 from stripfold.film import snap
-from stripfold.film.mapping import Mapping
+from stripfold.film.camera import Mapping
+from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, USUAL_MISFIT
+from stripfold.film.fold import correlation_length
 from stripfold.film.recording import Recording, StripEntry
-from stripfold.film.residuals import correlation_length
 from stripfold.film.tracking import Tracks
 
 MARGIN = 0.3
@@ -39,23 +40,16 @@ ENDS = 2
 """Stations at each end of the strip that are left out: fingers hide them."""
 WIDTH = 0.04
 """Width of a strip of which none is described, m: the middle of what docs/measuring.md asks for."""
-DEPTH_SD = 0.25
-"""Standard deviation of the depth at which the strip is seen, in widths."""
 PLACE_SD = 2e-4
 """Standard deviation of the errors of the flat end and of the height that are fitted, m."""
 MAX_FRICTION = 0.1
 """Largest M_0, rho_a g L*^2, that the first order describes."""
-DESCRIBED_FRICTION_SD = 0.1
-"""Standard deviation of a described M_0, as a share."""
-FRICTION_SD = 0.008
+DESCRIBED_FRICTION_SD = 0.008
 """Standard deviation of a fitted M_0 by what else delays a strip, rho_a g L*^2: stretch, air, inertia."""
 STARS = 1.7, 60.0
 """Heights for which a snap is looked for, L*: below 1.59 there is none."""
 MAX_CHANGE = 0.5
 """Largest change of ln L* by the fit: friction delays the snap by less."""
-USUAL_MISFIT, MAX_MISFIT = 0.006, 0.03
-"""Standard deviation of most of the residuals, L*: of usual synthetic recordings, and from which there is no eta_b; the
-worst of them are below it.  A flat_end wrong by 15 mm makes it 0.013 or more."""
 STEPS = np.array([1e-4, 3e-3, 1e-3, 3e-4, 3e-4])
 """Steps of the differences by the unknowns, L* except for the first, a logarithm: L*, depth, M_0 / (rho_a g L*), errors
 of advance and height."""

@@ -8,7 +8,10 @@ band are measured on sections along the fitted curve, without those where the la
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -17,14 +20,18 @@ from scipy.special import stdtrit
 from skimage.measure import label, regionprops
 from skimage.segmentation import clear_border
 
+from stripfold import elastica
 from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import TrackingError
-from stripfold.film import loop_shape
-from stripfold.film.cross_sections import edges_at, inside, locate, normals
-from stripfold.film.loop_shape import Place
-from stripfold.film.residuals import ShapeFit, correlation_length
+from stripfold.files.reporting import Rows, metres
+from stripfold.film.fitted import EDGE_SD, THICKNESS_SD
+from stripfold.film.line import edges_at, locate
+from stripfold.film.line_kernels import inside, normals
 from stripfold.film.segmentation import closed, foreground, piece_along, reduced, second_edge, unreduced
 
+MAX_THICKNESS = 0.3
+"""Largest thickness, L*."""
+SECTIONS = 200
 MIN_OVERLAP = 0.75
 """Least overlap of a hole with that of a fold (intersection over union)."""
 MIN_HOLE = 100
@@ -33,13 +40,6 @@ MAX_MISFIT = 0.02
 """Largest root mean square of the residuals, L*."""
 MIN_FOUND = 0.85
 """Least share of the sections on which the strip is found."""
-EDGE_SD = 0.09
-"""Standard deviation of a shift of the band's middle common to all sections, pixels: light differs between its sides.
-
-It makes the intervals of drawn folds hold 95 % of the truths (study ``eta_pictures``, on another seed)."""
-THICKNESS_SD = 1.0, 0.3
-"""Uncertainty of the thickness by the band's width: blur widens it, cloth gives way where it lies on itself; pixels,
-and as a share."""
 FINE = 100.0
 """Pixels of one L* in which the loop's own inside is drawn."""
 ITERATIONS, LOCATED = 10, 3
@@ -60,6 +60,34 @@ ADVICE = "turn the camera along the fold; background much darker or brighter tha
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class ShapeFit(ABC):
+    """A heavy elastica fitted to a strip in a picture; lengths in pixels.
+
+    ``unit``, ``interval``: L* and its 95 % interval.  ``curve``: the middle of the fitted strip, shape (m, 2).
+    ``residual``: measured less fitted, normal to it, shape (n,).
+    """
+
+    method: ClassVar[str]
+    unit: float
+    interval: tuple[float, float]
+    curve: Array
+    residual: Array
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    @abstractmethod
+    def rows(self, scale: float) -> Rows:
+        """What is special to the method, in words, with ``scale`` metres per pixel."""
+
+    @abstractmethod
+    def numbers(self, scale: float) -> dict[str, Any]:
+        """The same by name, SI."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Fold(ShapeFit):
     """A fitted loop, pixels.
 
@@ -69,6 +97,7 @@ class Fold(ShapeFit):
     point, shape (n,).
     """
 
+    method = "fold"
     sd: float
     height: float
     width: float
@@ -77,6 +106,12 @@ class Fold(ShapeFit):
     foot: Array
     points: Array
     arc: Array
+
+    def rows(self, scale: float) -> Rows:
+        return [("height", metres(self.height * scale, "of the fitted loop, between layers' middles"))]
+
+    def numbers(self, scale: float) -> dict[str, Any]:
+        return {"height": self.height * scale, "height_sd": self.height * scale * self.sd}
 
 
 def measure(image: Picture, source: str = "picture") -> Fold:
@@ -87,15 +122,13 @@ def measure(image: Picture, source: str = "picture") -> Fold:
     place, width, bright, faint = _initial(image, source)
     thickness, blur = width / place.unit, FIRST_BLUR
     for iteration in range(ITERATIONS):
-        if not width / place.unit <= loop_shape.MAX_THICKNESS:
+        if not width / place.unit <= MAX_THICKNESS:
             found = f"a band whose width is {width / place.unit:.2f} of the loop's L*"
-            raise TrackingError(
-                source, found, NEEDED, f"the strip may be {loop_shape.MAX_THICKNESS:g} L* thick at most"
-            )
+            raise TrackingError(source, found, NEEDED, f"the strip may be {MAX_THICKNESS:g} L* thick at most")
         high = (GAP[0] + GAP[1] * blur + width) / place.unit
         if high > MAX_HIDDEN:
             raise TrackingError(source, f"the loop's L* has {place.unit:.0f} pixels: too small", NEEDED, "come closer")
-        arc, shape, by_thickness = loop_shape.visible(thickness, high)
+        arc, shape, by_thickness = visible(thickness, high)
         points = place.of(shape)
         if not inside(points, image.shape, width).all():
             raise TrackingError(source, "the picture's border cuts the loop", NEEDED, "leave some room around the loop")
@@ -106,9 +139,9 @@ def measure(image: Picture, source: str = "picture") -> Fold:
             reach = max(width, 6.0, 0.06 * place.unit)
             offset = locate(image, points, across, np.full(len(points), width), reach, bright, 3)
         edges = edges_at(image, points + offset[:, None] * across, across, width, bright)
-        middle = float(np.median(edges.width[edges.found])) if edges.found.any() else width
+        band = float(np.median(edges.width[edges.found])) if edges.found.any() else width
         contrast = np.median(edges.contrast)
-        good = edges.found & (np.abs(edges.width / middle - 1.0) < 0.5) & (edges.contrast > 0.4 * contrast)
+        good = edges.found & (np.abs(edges.width / band - 1.0) < 0.5) & (edges.contrast > 0.4 * contrast)
         if good.mean() < (MIN_FOUND if iteration >= LOCATED else 0.5):
             found = f"edges of a strip on {good.mean():.0%} of the outline of a fold's loop"
             raise TrackingError(source, found, f"{MIN_FOUND:.0%} or more of them", ADVICE)
@@ -120,16 +153,16 @@ def measure(image: Picture, source: str = "picture") -> Fold:
         slopes = np.column_stack([place.slopes(points, across), last])[good]
         prior = width / place.unit - thickness, np.hypot(THICKNESS_SD[0], THICKNESS_SD[1] * width) / place.unit
         change, covariance, freedom = _robust(np.column_stack([slopes, np.ones(len(offset))]), offset, prior)
-        place, width = place.moved(change[:4]), middle
-        thickness = float(np.clip(thickness + change[4], 0.0, loop_shape.MAX_THICKNESS))
+        place, width = place.moved(change[:4]), band
+        thickness = float(np.clip(thickness + change[4], 0.0, MAX_THICKNESS))
     residual = offset - slopes @ change[:5] - change[5]
     misfit = float(np.sqrt(np.mean(residual**2))) / place.unit
     if misfit > MAX_MISFIT:
         found = f"the best loop of a folded strip is {misfit:.1%} of L* off"
         raise TrackingError(source, found, f"{MAX_MISFIT:.0%} or less; {NEEDED}", "is it folded without a crease?")
-    loop = loop_shape.loop(thickness)[:, 1:]
-    lower = np.column_stack([np.linspace(loop[-1, 0], 0.0, 300)[:-1], np.zeros(299)])
-    curve = np.concatenate([lower, loop])
+    middle = loop(thickness)[:, 1:]
+    lower = np.column_stack([np.linspace(middle[-1, 0], 0.0, 300)[:-1], np.zeros(299)])
+    curve = np.concatenate([lower, middle])
     beside = _beside(image, bright, faint, place, points, width)
     if beside > MAX_BESIDE:
         raise second_edge(beside, source, NEEDED)
@@ -204,8 +237,8 @@ def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Arr
     ``points``: the middle of the band, shape (n, 2), and its ``width``; pixels.
     """
     band, _, beside = piece_along(image, points, np.full(len(points), width), bright, faint)
-    loop, there = place.back(points), place.back(band)
-    low, high = [loop[:, 0].min(), 0.0], loop.max(axis=0) + ROOM
+    here, there = place.back(points), place.back(band)
+    low, high = [here[:, 0].min(), 0.0], here.max(axis=0) + ROOM
     beside = beside[((there > low) & (there < high)).all(axis=1)]
     return float(beside.sum() / max((~beside).sum(), 1))
 
@@ -219,13 +252,13 @@ def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -
     width = float(np.argmin(np.append(above, 0)))
     thickness = 0.05
     for _ in range(3):
-        outline = FINE * loop_shape.inside_of(thickness)
+        outline = FINE * inside_of(thickness)
         corner = outline.min(axis=0)
         shape = np.zeros(np.ceil(np.ptp(outline, axis=0)).astype(int)[::-1] + 2, np.uint8)
         cv2.fillPoly(shape, [np.rint(outline - corner).astype(np.int32)], 1)
         its_area, its_centre, its_angle, its_skewness = _moments(shape > 0)
         unit = FINE * float(np.sqrt(area / its_area))
-        thickness = min(width / unit, loop_shape.MAX_THICKNESS)
+        thickness = min(width / unit, MAX_THICKNESS)
     side = 1.0 if skewness * its_skewness > 0.0 else -1.0
     place = Place(unit, 0.0, 0.0, angle + side * its_angle, side)
     x, y = centre + np.array([left, top]) - place.of((its_centre + corner)[None] / FINE)[0]
@@ -234,7 +267,7 @@ def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -
 
 def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask) -> float:
     """Intersection over union of a hole and that of a loop."""
-    outline = place.of(loop_shape.inside_of(min(width / place.unit, loop_shape.MAX_THICKNESS))) - [
+    outline = place.of(inside_of(min(width / place.unit, MAX_THICKNESS))) - [
         where[1].start,
         where[0].start,
     ]
@@ -270,3 +303,97 @@ def _robust(slopes: Array, offset: Array, thickness: tuple[float, float]) -> tup
         sigma = max(1.4826 * float(np.median(np.abs(residual))), 0.5 * EDGE_SD)
         weights[:-2] = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
     return np.asarray(change), np.asarray(inverse * variance), freedom
+
+
+def correlation_length(residual: Array) -> int:
+    """Number of neighbours that are correlated: twice the summed autocorrelation up to its first zero."""
+    n = len(residual)
+    centred = residual - residual.mean()
+    autocorrelation = np.correlate(centred, centred, "full")[n - 1 : n - 1 + n // 2]
+    if autocorrelation[0] == 0.0:
+        return 1
+    positive = autocorrelation[: np.argmax(np.append(autocorrelation, 0.0) <= 0.0)]
+    return int(np.clip(np.ceil(2.0 * positive.sum() / autocorrelation[0] - 1.0), 2, n // 4))
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the loop is: unit, origin (the lift-off point), rotation in the picture (rad), and on which side it is."""
+
+    unit: float
+    x: float
+    y: float
+    angle: float
+    side: float
+
+    def of(self, points: Array) -> Array:
+        """Pixels of points of the dimensionless loop, shape (n, 2)."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return np.asarray([self.x, self.y] + self.unit * (points * [self.side, -1.0]) @ np.array([[c, s], [-s, c]]))
+
+    def back(self, pixels: Array) -> Array:
+        """Points of the dimensionless loop of pixels, shape (n, 2)."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return np.asarray((pixels - [self.x, self.y]) @ np.array([[c, -s], [s, c]]) / self.unit * [self.side, -1.0])
+
+    def moved(self, change: Array) -> Place:
+        """Changed by a relative change of the unit, x, y and the angle."""
+        scale, x, y, turn = change.tolist()
+        return Place(self.unit * float(np.exp(scale)), self.x + x, self.y + y, self.angle + turn, self.side)
+
+    def slopes(self, points: Array, across: Array) -> Array:
+        """Change of pixels of ``points`` along ``across`` by that of the unknowns in :meth:`moved`, shape (n, 4)."""
+        arm = points - [self.x, self.y]
+        return np.column_stack(
+            [
+                np.einsum("ij,ij->i", arm, across),
+                across,
+                across[:, 1] * arm[:, 0] - across[:, 0] * arm[:, 1],
+            ]
+        )
+
+
+@cache
+def _table() -> tuple[Array, Array]:
+    """Thicknesses, shape (4,), and loops with them, arc length, x and z at equal shares, shape (4, 801, 3); L*."""
+    thickness = np.linspace(0.0, MAX_THICKNESS, 4)
+    loops = []
+    for value in thickness:
+        state = elastica.folded_loop(float(value)).state
+        profile = state.at(np.linspace(0.0, state.length, 801))
+        loops.append(np.column_stack([profile.s, profile.x, profile.z]))
+    return thickness, np.array(loops)
+
+
+def loop(thickness: float) -> Array:
+    """Arc length, x and z of the loop of a strip of this thickness, shape (801, 3), by cubic interpolation; L*."""
+    at, loops = _table()
+    weights = [np.prod([(thickness - b) / (a - b) for b in at if b != a]) for a in at]
+    return np.einsum("k,kij->ij", np.array(weights), loops)
+
+
+def visible(thickness: float, high: float) -> tuple[Array, Array, Array]:
+    """Equally spaced points of the strip where the upper layer is ``high`` or higher above the lower one; L*.
+
+    Arc lengths, shape (n,), places and their change with the thickness, shape (n, 2).
+    """
+    middle = loop(thickness)
+    falling = middle[np.argmax(middle[:, 2]) :]
+    last = falling[falling[:, 2] > high][-1]
+    s = np.linspace(last[1], last[0], SECTIONS)
+    nearby = [loop(thickness + step) for step in (0.0, 0.01)]
+    share = np.maximum(s, 0.0) / middle[-1, 0]
+    here, there = (
+        np.column_stack([np.interp(share, one[:, 0] / one[-1, 0], one[:, i]) for i in (1, 2)]) for one in nearby
+    )
+    here[:, 0] += np.minimum(s, 0.0)
+    there[:, 0] += np.minimum(s, 0.0)
+    return s, here, (there - here) / 0.01
+
+
+def inside_of(thickness: float) -> Array:
+    """Outline of the hole that the loop encloses, shape (n, 2); L*."""
+    middle = loop(thickness)[:, 1:]
+    inner = middle + 0.5 * thickness * normals(middle)
+    inner = inner[(inner[:, 1] > 0.5 * thickness) & (np.arange(len(inner)) > 10)]
+    return np.concatenate([inner, [[inner[-1, 0], 0.5 * thickness], [inner[0, 0], 0.5 * thickness]]])

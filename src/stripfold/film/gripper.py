@@ -11,9 +11,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from stripfold.base.arrays import Array, Index, Mask, Picture
 from stripfold.base.errors import TrackingError
-from stripfold.film.frames import Frame
-from stripfold.film.marker import Fit, Marker
-from stripfold.film.template import Template
+from stripfold.film.fitted import MARKER_REPEATED
+from stripfold.film.holder import Fit, Holder
+from stripfold.film.video import Frame
 
 MAX_GAP = 0.5
 """Longest time for which the marker may be hidden, s."""
@@ -21,9 +21,6 @@ MAX_LOST = 0.2
 """Share of the frames in which it may be hidden."""
 MIN_SCORE = 0.7
 """Correlation with the pattern: partly covered markers reach 0.86 or more, other objects at most 0.56."""
-REPEATED = 0.25
-"""Motion in a frame, relative to that in the frames around it, below which the frame repeats the one before: of 6000
-that did not, five moved by less; of 160 repeated ones, coded anew after those before, none by more."""
 MIN_SIGNIFICANT = 6.0
 """Least motion by which frames are told to repeat the one before, in standard deviations of the centre."""
 AROUND = 5
@@ -61,7 +58,7 @@ class Track:
 class GripperTracker:
     """Follows a marker or a template; to be called with each frame in turn.  ``source`` names the video in errors."""
 
-    def __init__(self, marker: Marker | Template, source: str = "video") -> None:
+    def __init__(self, marker: Holder, source: str = "video") -> None:
         self._marker, self._name, self._source = marker, marker.name, source
         self._last_two: list[tuple[float, Fit]] = []
 
@@ -170,7 +167,7 @@ def repeated(track: Track) -> Mask:
         step = np.hypot(*(track.centre[frames:] - track.centre[:-frames]).T)
         usual = np.minimum(before[: len(step)], after[frames - 1 :])
         expected = usual * (track.time[frames:] - track.time[:-frames])
-        rest = (frames * step < REPEATED * expected) & (expected > MIN_SIGNIFICANT * noise)
+        rest = (frames * step < MARKER_REPEATED * expected) & (expected > MIN_SIGNIFICANT * noise)
         for back in range(frames):
             still[frames - back : len(still) - back] |= rest
     return still

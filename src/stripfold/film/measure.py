@@ -6,42 +6,52 @@ the time of the event, or from the video where there is no log.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from math import hypot
+import os
+from dataclasses import dataclass
+from math import hypot, isfinite, nan
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from scipy.special import ndtri
 
+from stripfold import elastica
+from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import MeasurementError
-from stripfold.film import description, eta_motion, snap
+from stripfold.base.material import Material
+from stripfold.files import schema, store
+from stripfold.files.reporting import Progress, Result, Rows
+from stripfold.film import eta_motion, fitted, snap
+from stripfold.film import recording as recordings
 from stripfold.film.calibration import Calibration, calibrate_folder
-from stripfold.film.clock import read_log, synchronise
+from stripfold.film.clock import Clock, read_log, synchronise
 from stripfold.film.eta_motion import MotionEtaB
-from stripfold.film.measurement import NOTE, PARTS, WARNING, Flag, Measurement, half_width
-from stripfold.film.model import model_value
-from stripfold.film.recording import ManualOnset, Recording
+from stripfold.film.pictures import one_thread
+from stripfold.film.recording import MAX_HEIGHT_ERROR, NAME, Entries, ManualOnset, Recording, middle_speed, other_unit
 from stripfold.film.snap import Landed, Speed
-from stripfold.film.strip_tracker import TRACKED_SHARE
-from stripfold.film.threads import one_thread
-from stripfold.film.tracking import MIN_FRAMES, Tracks, track
+from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Tracks, track
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+PARTS = ("level", "frames", "mapping", "gripper", "clock", "flat_end", "offset", "manual")
+"""Causes of uncertainty: peak and rise of the strip's speed, time between frames, calibration, noise of the marker,
+synchronisation of the clocks, described flat end and offset, onset set by hand."""
+WARNING, NOTE = "warning", "note"
+"""Severities of a flag: the value or its interval is affected; for information."""
+MAX_FLAT_END_ERROR = 0.08
+"""Largest difference between measured and described ``flat_end``, as a share of the strip's length: of tight bends a
+low camera sees the inner side, which is shorter, and the middle of a wide strip lies behind the folding plane."""
+MAX_SPEED_RATIO = 5.0
+"""Described speed over that of the film, or the reverse, from which on a unit must be wrong."""
+MIN_ADVANCE = 0.002
+"""Least motion of the gripper that has a direction, m."""
 DRAWS = 200
 """Samples of the mapping."""
 SEED = 20180601
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-LEVEL_ERROR = 0.035
-"""Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
-WINDOW_SHIFT, WINDOW_SD = 0.12, 0.27
-"""By how much the onset of a slow snap is measured too late, and the standard deviation of that, in
-:attr:`.Speed.delay`: 0 if the speed rises exponentially, 0.25 if it rises steadily, in the mean of films in between."""
-FRAME_SHIFT, FRAME_SD = 0.45, 0.137
-"""By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
-that, in the usual distance of the frames."""
-GAP_SHIFT, GAP_SD = 0.17, 0.06
-"""The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
-SD_95 = 1.0 / half_width(0.95)
-"""Standard deviation over half the width of a 95 % interval."""
 MIN_STATIONS = 5
 FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
@@ -53,28 +63,256 @@ CLEAR_SNAP = 2.0
 """Least peak of the speed over that of following, below which lambda depends much on the peak."""
 
 
-@one_thread()
-def measure(recording: Recording, progress: Callable[[str], None] | None = None) -> Measurement:
-    """Measure a recording.
+class Flag(NamedTuple):
+    """What a user should know about a result."""
+
+    severity: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.text}"
+
+
+def half_width(share: float) -> float:
+    """Half the width of the confidence interval with this probability, in standard deviations: errors are normal."""
+    return float(ndtri(0.5 + 0.5 * share))
+
+
+SD_95 = 1.0 / half_width(0.95)
+"""Standard deviation over half the width of a 95 % interval."""
+
+
+@dataclass(frozen=True)
+class ModelValue:
+    """lambda_c of the elastica at the described height, m; nan where the sag touches the lower layer before a snap.
+
+    ``without_friction``, ``low``, ``high``: the value, and its 95 % interval from that of eta_b; nan where none was
+    given.  ``with_friction``: with the fabric's friction to first order, see :func:`.elastica.friction_delay`; nan
+    where none was given.
+    """
+
+    without_friction: float
+    low: float
+    high: float
+    with_friction: float
+
+
+def model_value(entries: Entries) -> ModelValue:
+    """The model's lambda_c for a recording's strip and height."""
+    strip, height = entries.strip, entries.gripper.height
+
+    def lambda_c(eta_b: float) -> float:
+        unit = Material(eta_b).gravity_length
+        return elastica.critical(height / unit).advance * unit
+
+    value, low, high, with_friction = lambda_c(strip.eta_b), nan, nan, nan
+    if strip.eta_b_interval is not None:
+        ends = [lambda_c(eta_b) for eta_b in strip.eta_b_interval]
+        if all(map(isfinite, (value, *ends))):
+            low, high = sorted(ends)
+    if strip.friction_moment is not None and strip.rho_a is not None:
+        material = Material(strip.eta_b)
+        unit = material.gravity_length
+        moment = strip.friction_moment / (strip.rho_a * material.gravity * unit**2)
+        with_friction = value + elastica.friction_delay(height / unit) * moment * unit
+    return ModelValue(value, low, high, with_friction)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RecordingMeasurement(Result):
+    """lambda at the onset of the snap in a recording, with its uncertainty; lengths in m, times in s of the video.
+
+    Source: docs/measuring.md.
+
+    Attributes
+    ----------
+    recording, calibration, tracks
+        What was measured, the mapping from its pixels, the motion in its film.
+    motion, clock
+        Speed of the strip; the robot's clock against the video's, None without a log.
+    snapped, event_time, event
+        Whether there was a snap, its onset, and lambda then; without a snap ``event`` is a lower bound: the farthest
+        advance of the gripper.
+    parts
+        Standard deviations of ``event`` by cause, see :data:`PARTS`.
+    by_video, by_log
+        lambda at the event from the video alone and from the log; nan without a log.
+    speed
+        Of the gripper around the event, m/s.
+    model, eta_b
+        lambda_c of the model for the described strip; eta_b of the strip by its motion, or why there is none.
+    flags, manual
+        Warnings, where the value or its interval is affected, then notes, empty where all is well; why the onset was
+        set by hand, empty where it was not.
+    """
+
+    recording: Recording
+    calibration: Calibration
+    tracks: Tracks
+    motion: Speed
+    clock: Clock | None
+    snapped: bool
+    event_time: float
+    event: float
+    parts: dict[str, float]
+    by_video: float
+    by_log: float
+    speed: float
+    model: ModelValue
+    eta_b: MotionEtaB | MeasurementError
+    flags: tuple[Flag, ...]
+    manual: str
+    shown = ("snap", "lambda_event", "interval")
+
+    @classmethod
+    @one_thread()
+    def of(cls, folder: str | os.PathLike[str], progress: Progress | None = None) -> RecordingMeasurement:
+        """Measure the recording in a folder; see :func:`measure`."""
+        asked, say = recordings.read(folder), progress or (lambda _: None)
+        say("calibrating")
+        calibration = calibrate_folder(asked.folder, asked.entries)
+        tracks = track(asked, calibration, say)
+        say("measuring")
+        return evaluate(asked, calibration, tracks, asked.manual_onset())
+
+    @property
+    def snap(self) -> bool:
+        """True if there was a snap; without one ``lambda_event`` is the largest lambda, a lower bound."""
+        return self.snapped
+
+    @property
+    def lambda_event(self) -> float:
+        """lambda at the onset of the snap, m."""
+        return self.event
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of ``lambda_event``, m."""
+        return hypot(*self.parts.values())
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of ``lambda_event``, m."""
+        half = half_width(0.95) * self.sd
+        return self.event - half, self.event + half
+
+    def numbers(self) -> dict[str, float]:
+        """The numbers of the result by their names in files; lengths in m, times in s."""
+        low, high = self.interval
+        return {
+            "lambda_event": self.event,
+            "lambda_low": low,
+            "lambda_high": high,
+            "event_time": self.event_time,
+            "lambda_video": self.by_video,
+            "lambda_log": self.by_log,
+            "lambda_model": self.model.without_friction,
+            "lambda_model_low": self.model.low,
+            "lambda_model_high": self.model.high,
+            "lambda_model_friction": self.model.with_friction,
+            **eta_motion.numbers(self.eta_b),
+        }
+
+    def rows(self) -> Rows:
+        from stripfold.film import report
+
+        return [("result", report.result(self)), *report.rows(self), *self.flags]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<36} {text}" for name, text in self.rows())
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "snap": self.snapped,
+            **self.numbers(),
+            "speed": self.speed,
+            "flags": [flag._asdict() for flag in self.flags],
+            "manual_onset": self.manual,
+            "synthetic": self.recording.entries.synthetic,
+        }
+
+    def to_dataset(self) -> xr.Dataset:
+        """Over ``t`` (frames), ``moment`` (of the speed), ``station`` (along the strip); scalars for the result."""
+        entries, tracks, motion = self.recording.entries, self.tracks, self.motion
+        scalars = {
+            **self.numbers(),
+            "lambda_sd": self.sd,
+            **{f"sd_{name}": sd for name, sd in self.parts.items()},
+            "snapped": int(self.snapped),
+            "gripper_speed": self.speed,
+            "speed_ratio": motion.ratio,
+            "following": motion.following,
+            "clock_offset": self.clock.offset if self.clock else nan,
+            "gripper_height": entries.gripper.height,
+            "eta_b": entries.strip.eta_b,
+            "length": entries.strip.length,
+        }
+        values: schema.Values = {name: ((), value) for name, value in scalars.items()} | {
+            "t": ("t", tracks.timing.time),
+            "x": ("t", tracks.gripped_end[:, 0]),
+            "z": ("t", tracks.gripped_end[:, 1]),
+            "gripper_seen": ("t", tracks.gripper.tracked.astype("int8")),
+            "gripper_score": ("t", tracks.gripper.score),
+            "strip_score": ("t", tracks.score),
+            "moment": ("moment", motion.t),
+            "speed": ("moment", motion.u),
+            "station": ("station", tracks.stations),
+            "axis": ("axis", ["x", "z"]),
+            "strip": (("t", "station", "axis"), tracks.points.astype("float32")),
+        }
+        attrs = {
+            "title": f"measured: {entries.title}",
+            "recording": entries.title,
+            "synthetic": int(entries.synthetic),
+            "flags": "; ".join(map(str, self.flags)),
+            "manual_onset": self.manual,
+            **{f"calibration_{name}": value for name, value in self.calibration.quality.items()},
+        }
+        ends = {axis: schema.Variable("m", f"{axis} of the gripped end by the video") for axis in ("x", "z")}
+        return schema.dataset(values, attrs, table=schema.variables() | ends)
+
+    def plot(self) -> Figure:
+        """Gripper, speed of the strip and confidence over time."""
+        from stripfold.film import report
+
+        return report.figure_of(self)
+
+    def to_netcdf(self, file: str | os.PathLike[str]) -> None:
+        entries = self.recording.entries
+        config = entries.model_dump(mode="json", exclude_none=True)
+        store.write(self.to_dataset(), file, title=f"measured: {entries.title}", config=config)
+
+    def report(self, file: str | os.PathLike[str]) -> None:
+        """Write one HTML page with film, curves and numbers."""
+        from stripfold.film import report
+
+        store.write_text(report.html(self), file)
+
+
+@checked
+def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:
+    """Measure lambda at the onset of the snap in a recording, with its uncertainty (docs/measuring.md).
+
+    Parameters
+    ----------
+    folder
+        With recording.yaml, the film and the calibration.
+    progress
+        Called with a line on what is being done.
 
     Raises
     ------
     InvalidInputError
-        A file that cannot be read.
+        A file that cannot be read, or an entry that cannot be used.
     MeasurementError
-        Files that can be read but not measured: see its subclasses.
+        The files can be read but not measured.
     """
-    say = progress or (lambda _: None)
-    say("calibrating")
-    calibration = calibrate_folder(recording.folder, recording.entries)
-    tracks = track(recording, calibration, say)
-    say("measuring")
-    return evaluate(recording, calibration, tracks, recording.manual_onset())
+    return RecordingMeasurement.of(file_name("folder", folder), progress)
 
 
 def evaluate(
     recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
-) -> Measurement:
+) -> RecordingMeasurement:
     """The result of a recording whose film has been tracked; see :func:`measure`."""
     with tracks.camera.blamed():
         return _evaluate(recording, calibration, tracks, manual)
@@ -82,8 +320,8 @@ def evaluate(
 
 def _evaluate(
     recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None
-) -> Measurement:
-    description.compare(recording.entries, tracks)
+) -> RecordingMeasurement:
+    compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
     flat_end_sd, offset_sd = SD_95 * gripper.flat_end_uncertainty, SD_95 * gripper.holder.offset_uncertainty
@@ -102,12 +340,12 @@ def _evaluate(
     time_sd = {} if manual is None else {"manual": manual.sd}
     if snapped and manual is None:
         period, excess = tracks.timing.period, _missing(tracks, motion)
-        time += FRAME_SHIFT * period + GAP_SHIFT * excess - WINDOW_SHIFT * motion.delay
+        time += fitted.FRAME_SHIFT * period + fitted.GAP_SHIFT * excess - fitted.WINDOW_SHIFT * motion.delay
         time_sd = {
-            "level": hypot(_level_sd(motion), WINDOW_SD * motion.delay),
-            "frames": hypot(FRAME_SD * period, GAP_SD * excess),
+            "level": hypot(_level_sd(motion), fitted.WINDOW_SD * motion.delay),
+            "frames": hypot(fitted.FRAME_SD * period, fitted.GAP_SD * excess),
         }
-        flags += _event_flags(motion, excess, GAP_SHIFT * excess > hypot(*time_sd.values()))
+        flags += _event_flags(motion, excess, fitted.GAP_SHIFT * excess > hypot(*time_sd.values()))
     x, velocity, gripper_sd = _gripper_at(tracks, time)
     speed = abs(velocity)
     by_video, by_log = sign * (x - flat_end), float("nan")
@@ -151,7 +389,7 @@ def _evaluate(
         flags.append(Flag(WARNING, text))
     if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
         flags.append(Flag(NOTE, text))
-    return Measurement(
+    return RecordingMeasurement(
         recording=recording,
         calibration=calibration,
         tracks=tracks,
@@ -169,6 +407,58 @@ def _evaluate(
         flags=tuple(sorted(flags, key=lambda flag: flag.severity != WARNING)),
         manual="" if manual is None else manual.reason,
     )
+
+
+def compare(entries: Entries, tracks: Tracks) -> None:
+    """Refuse a description that the film contradicts; lambda would be wrong.
+
+    Raises MeasurementError: the gripper's height, direction or speed, or the place of the flat strip, are not as
+    described.
+    """
+    gripper = entries.gripper
+    z = float(np.median(tracks.gripped_end[tracks.gripper.tracked, 1]))
+    _agree(
+        abs(z - gripper.height) <= MAX_HEIGHT_ERROR * gripper.height,
+        f"gripper.height = {gripper.height:g} m, the video shows {z:.4f} m",
+        f"a height within {MAX_HEIGHT_ERROR:.0%} of the description",
+        other_unit(gripper.height, z)
+        or "is z of the robot 0 on the table, and the offset of gripper.marker or template right?",
+    )
+    first, last = tracks.gripped_end[[0, -1], 0]
+    _agree(
+        gripper.direction * (last - first) > -MIN_ADVANCE,
+        f"gripper.direction = {gripper.direction}, in the video x of the gripper goes from {first:.3f} to {last:.3f} m",
+        "a gripper that advances in its direction",
+        "change the direction; or has x a wrong sign in the table of the robot grid?",
+    )
+    speed = middle_speed(tracks.grip_time, tracks.gripped_end[:, 0])
+    _agree(
+        abs(last - first) < MIN_ADVANCE or 1.0 / MAX_SPEED_RATIO < speed / gripper.speed < MAX_SPEED_RATIO,
+        f"gripper.speed = {gripper.speed:g} m/s, the video shows {speed:.2g} m/s",
+        "about the described speed",
+        other_unit(gripper.speed, speed) or "are the times of the frames in s?",
+    )
+    found = flat_end(entries, tracks)
+    _agree(
+        abs(found - gripper.flat_end) <= MAX_FLAT_END_ERROR * entries.strip.length,
+        f"gripper.flat_end = {gripper.flat_end:g} m, by the lying part in the video it was at {found:.3f} m",
+        f"a difference of at most {MAX_FLAT_END_ERROR:.0%} of the strip's length",
+        other_unit(gripper.flat_end, found) or "is it x of the robot at the near end of the flat strip, with its sign?",
+    )
+
+
+def flat_end(entries: Entries, tracks: Tracks) -> float:
+    """x of the gripped end while the strip lay flat, m: the last point of the lying part less its arc length.
+
+    It is too far ahead by what the bends are seen too short, 1 to 3 % of the length.
+    """
+    far = float(np.nanmedian(tracks.points[:, -1, 0]))
+    return far - entries.gripper.direction * float(tracks.stations[-1])
+
+
+def _agree(holds: bool, found: str, needed: str, advice: str) -> None:
+    if not holds:
+        raise MeasurementError(NAME, found, needed, advice)
 
 
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:
@@ -235,7 +525,7 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: La
 
 def _level_sd(motion: Speed) -> float:
     """Standard deviation of the onset from its level, s."""
-    sd = motion.onset_shift(hypot(LEVEL_ERROR, motion.fall))
+    sd = motion.onset_shift(hypot(fitted.LEVEL_SD, motion.fall))
     if np.isfinite(sd):
         return sd
     raise MeasurementError(

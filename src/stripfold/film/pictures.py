@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import cv2
 import numpy as np
 from PIL import Image, ImageOps
 
@@ -108,3 +109,18 @@ def picture_files(folder: Path, most: int) -> list[Path]:
     if not 1 <= len(found) <= most:
         raise InvalidInputError("folder", str(folder), f"a folder with 1 to {most} pictures", f"it has {len(found)}")
     return found
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Run OpenCV on one thread within; also a decorator.
+
+    Several threads add up in an order that changes from run to run, and so do the last digits of the result.  On
+    pictures this small they also cost more than they save.
+    """
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)

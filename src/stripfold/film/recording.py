@@ -56,7 +56,7 @@ class StripEntry(Input):
         return self
 
 
-class Marker(Input):
+class MarkerEntry(Input):
     """The gripper's marker."""
 
     dictionary: Dictionary
@@ -68,7 +68,7 @@ class Marker(Input):
     offset_uncertainty: Annotated[Number, quantity("of x and of z of the offset, 95 %", "m", ge=0.0, le=0.1)] = HAND
 
 
-class Template(Input):
+class TemplateEntry(Input):
     """A part of the gripper in the first frame, where it has no marker."""
 
     box: Annotated[
@@ -90,11 +90,11 @@ class GripperEntry(Input):
     ]
     flat_end_uncertainty: Annotated[Number, quantity("of flat_end, 95 %", "m", ge=0.0, le=0.1)] = HAND
     direction: Annotated[Literal[1, -1], Field(description="1 where x grows as the gripper advances")] = 1
-    marker: Marker | None = None
-    template: Template | None = None
+    marker: MarkerEntry | None = None
+    template: TemplateEntry | None = None
 
     @property
-    def holder(self) -> Marker | Template:
+    def holder(self) -> MarkerEntry | TemplateEntry:
         """What is followed of the gripper."""
         found = self.marker or self.template
         assert found is not None
@@ -108,7 +108,7 @@ class GripperEntry(Input):
         return self
 
 
-class Camera(Input):
+class CameraEntry(Input):
     """The camera: pictures of a board, or its intrinsics."""
 
     images: Annotated[FilePath | None, Field(description="folder of pictures of a board")] = None
@@ -137,14 +137,14 @@ class Camera(Input):
         return self
 
 
-class Plane(Input):
+class PlaneEntry(Input):
     """The folding plane."""
 
     image: Annotated[FilePath, Field(description="picture of a board held in the folding plane")]
     board: Board
 
 
-class Robot(Input):
+class RobotEntry(Input):
     """The robot."""
 
     grid: Annotated[
@@ -168,9 +168,9 @@ class Entries(Input):
     robot_log: Annotated[
         FilePath | None, Field(description="CSV t,x,z: the gripped end by the robot, by its own clock")
     ] = None
-    camera: Camera
-    plane: Plane
-    robot: Robot
+    camera: CameraEntry
+    plane: PlaneEntry
+    robot: RobotEntry
 
     @model_validator(mode="after")
     def _check_height(self) -> Self:

@@ -22,8 +22,7 @@ from skimage.morphology import skeletonize
 
 from stripfold.base.arrays import Array, Index, Mask, Picture
 from stripfold.base.errors import TrackingError
-from stripfold.film.cross_sections import arc_length, cutoff_of, normals
-from stripfold.film.smoothing import smoothed
+from stripfold.film.line_kernels import arc_length, normals, smoothed
 
 WORKING_SIZE = 1300
 """Longest side of the picture that is segmented, pixels."""
@@ -31,6 +30,8 @@ MIN_CONTRAST = 12.0
 """Smallest grey-level difference to the background that can be a strip."""
 MIN_SLENDERNESS = 8.0
 """Least length of a strip in a picture, in its widths."""
+LONGEST_CUTOFF = 0.055
+"""Largest wave length that smoothing halves, as a share of the strip's length."""
 HAIR = 1.5
 """Largest half width of a hair, pixels."""
 MIN_LOOP = 2.0
@@ -171,6 +172,11 @@ def _background(image: Picture) -> Array:
     padded = cv2.copyMakeBorder(small, edge, edge, edge, edge, cv2.BORDER_REFLECT)
     median = cv2.medianBlur(padded, min(size, 255))[edge:-edge, edge:-edge]
     return np.asarray(cv2.resize(median, (w, h), interpolation=cv2.INTER_LINEAR), dtype=np.float64)
+
+
+def cutoff_of(width: float, length: float) -> float:
+    """Choose the wave length that smoothing halves, pixels: hairs and weave are shorter, bends of a strip longer."""
+    return max(min(3.0 * width, LONGEST_CUTOFF * length), 24.0)
 
 
 def smooth_path(rough: RoughPath) -> tuple[Array, Array]:

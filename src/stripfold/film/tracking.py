@@ -1,29 +1,30 @@
-"""A film as positions: the gripper and material points of the strip in each frame, in metres of the robot."""
+"""A film as positions: the gripper and material points of the strip in each frame, in metres of the robot.
+
+The strip is followed from frame to frame: each line guides the next search, and implausible lines are rejected.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
-from stripfold.base.arrays import Array, Mask
+from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import MeasurementError, TrackingError
 from stripfold.base.percent import Percent
 from stripfold.film import camera_motion, video
 from stripfold.film.calibration import Calibration, holder
+from stripfold.film.camera import Mapping
 from stripfold.film.camera_motion import Shift
-from stripfold.film.centreline import Centreline
-from stripfold.film.cross_sections import arc_length
 from stripfold.film.decoding import CHANNELS
-from stripfold.film.frames import Frame, VideoReport
 from stripfold.film.gripper import Grip, GripperTracker, Track, interpolate_gaps, repeated
-from stripfold.film.mapping import Mapping
+from stripfold.film.line import Centreline, Followed, between_ends, find, follow, with_appearance
+from stripfold.film.line_kernels import GOOD, arc_length
 from stripfold.film.recording import Recording
-from stripfold.film.strip_tracker import StripTracker
-from stripfold.film.thumbnails import Thumbnails
-from stripfold.film.timing import Timing, row_time, timing
+from stripfold.film.video import Frame, Thumbnails, Timing, VideoReport
 
 MIN_FRAMES = 10
 """Least number of frames of a film, and of those with the strip in it."""
@@ -33,6 +34,41 @@ MAX_LOST = 0.3
 """Share of the frames in which the strip may be lost."""
 VISIBLE_WEIGHT = 0.05
 """Share of an error of length attributed to a clearly seen section, relative to a hidden one."""
+POINTS = 80
+"""Points measured along the strip."""
+MAX_LOSS = 0.5
+"""For how long the strip may be lost at a time, s."""
+TRACKED_SHARE = 0.98
+"""Share of the strip's length that is followed: its held end is hidden."""
+SPEED_MARGIN = 2.0
+"""Search range in the next frame, relative to the motion between the last two."""
+MAX_SPEED = 5.0
+"""Fastest motion of a point that is extrapolated, visible lengths per second."""
+CLEARLY_SEEN = 0.85
+"""Measured share of the strip from which it is not searched for farther away."""
+MAX_LENGTHENING, MAX_SHORTENING = 0.012, 0.02
+"""How much the line's length may differ from the first, as a share: a line that goes astray makes a detour; of a tight
+bend the inner side is seen, the more of it the lower the camera."""
+BEND_SHORTENING = 0.5
+"""How much more it may be shorter where the strip is wide, in widths."""
+STEP_LENGTHENING, LENGTHENING_RATE = 0.003, 0.03
+"""How much longer than in the last frame a line may be, as a share, and how much more per second."""
+LENGTH_MEMORY = 1.0
+"""Time over which the usual length is taken, s."""
+MIN_COMPLETE = 0.88
+"""Share of the strip's length below which a first line with both ends in view has left out some of the strip."""
+MAX_EXCESS, SAME_WIDTH, MIN_ALIKE = 0.05, 0.25, 0.7
+"""Share of the described length by which a first line may be longer; from there on most of it must look like the strip:
+within this factor of its width (a logarithm), in this share of the points."""
+MAX_REFINEMENTS, SETTLED = 12, 1.0
+"""How often the line in the first frame is measured again at most, and the motion of its points, pixels, below which it
+is not: where the layers touch, a line that was taken for the wrong one comes off it a few points at a time."""
+MAX_END_ERROR = 0.5
+"""How far a line may begin from where the gripper holds the strip, in widths."""
+MARKER_RIM = 1.6
+"""Size of the marker with its rim, relative to the marker."""
+MAX_GRIP_DISTANCE = 0.03
+"""Distance of the strip from where the gripper should hold it, as a share of its length, that means it does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +206,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     shutter = recording.entries.camera.rolling_shutter
     stations, points, visible_length = material_points(lines, mapping)
     return Tracks(
-        timing=timing(gripper.time, np.array(doubled) | repeated(gripper)),
+        timing=Timing.of(gripper.time, np.array(doubled) | repeated(gripper)),
         report=report,
         gripper=gripper,
         grip_time=row_time(gripper.time, gripper.centre[:, 1], size[1], shutter),
@@ -229,3 +265,200 @@ def corrected_arc(arc: Array, score: Array, length: float) -> Array:
     uncertain = 1.0 - np.clip(score, 0.0, 1.0) + VISIBLE_WEIGHT
     share = np.concatenate([[0.0], np.cumsum(0.5 * (uncertain[1:] + uncertain[:-1]) * np.diff(arc))])
     return np.asarray(arc + (length - arc[-1]) * share / share[-1])
+
+
+def row_time(time: float | Array, row: float | Array, height: int, rolling_shutter: float) -> Array:
+    """Compute the time, s, at which a row, 0 to ``height - 1``, of a frame was exposed.
+
+    ``time`` is that of the frame and of its first row; ``rolling_shutter`` is the time from the exposure of the first
+    row to that of the last.
+    """
+    return np.asarray(time + np.asarray(row) / (height - 1) * rolling_shutter, dtype=np.float64)
+
+
+class StripTracker:
+    """Follows a strip of ``length``, m; to be called with each frame in turn and the pixel of its gripped end."""
+
+    def __init__(self, mapping: Mapping, length: float, source: str) -> None:
+        self._mapping, self._strip_length, self._source = mapping, length, source
+        self._last: Centreline | None = None
+        self._end_offset = np.zeros(2)  # of the line's first point from the gripped end, pixels
+        self._lying_end = np.zeros(2)  # its last point, which does not move
+        self._lengths: list[tuple[float, float]] = []  # times and lengths of the recent lines, s and m
+        self._first_length, self._first_time, self._last_time = 0.0, np.nan, 0.0  # m, s, s
+        self._max_shortening = MAX_SHORTENING
+        self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
+
+    def __call__(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
+        """The strip in the next frame, or None where it is briefly lost; ``marker`` are its corners, (4, 2).
+
+        Raises
+        ------
+        TrackingError
+            It is not in the first frames, is lost for long, or is not where the gripper holds it.
+        """
+        if self._last is None:
+            return self._start(frame, end, marker)
+        found = self._search(frame, self._last, end)
+        if found is not None:
+            self._accept(frame.time, found, self._last)
+            return found.line
+        if frame.time - self._last_time > MAX_LOSS:
+            raise TrackingError(
+                self._source,
+                f"the strip is lost at {frame.time:.3f} s",
+                f"the strip in view, but for gaps of up to {MAX_LOSS:g} s",
+                "light it evenly, before a background much darker or brighter, and film from the side",
+            )
+        return None
+
+    def clarity(self, image: Picture, end: Array, marker: Array) -> float:
+        """How well the strip is seen in a first picture: its contrast times its score, 0 where it is not found."""
+        try:
+            line = find(without_marker(image, marker), end, points=POINTS, source=self._source)
+            self._check_first(line, end)
+        except TrackingError:
+            return 0.0
+        return float(line.contrast[0] * line.score.mean())
+
+    def _start(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
+        """The strip in the first frame that shows all of it."""
+        if np.isnan(self._first_time):
+            self._first_time = frame.time
+        try:
+            line = find(without_marker(frame.image, marker), end, points=POINTS, source=self._source)
+            line = _up_to(end, line, frame.image)
+            self._check_first(line, end)
+        except TrackingError:
+            if frame.time - self._first_time > MAX_LOSS:
+                raise
+            return None
+        # The gripper hides the held end: extended to it.  What goes on beyond the strip's length is something else.
+        _, s = between_ends(line.points, np.stack([end, line.points[-1]]), POINTS)
+        line = line.between(s[0], s[-1])
+        arc = arc_length(self._mapping.to_robot(line.points))
+        excess = arc[-1] - TRACKED_SHARE * self._strip_length
+        if excess > 0.0:
+            self._check_excess(line, arc)
+            line = line.between(0.0, float(np.interp(arc[-1] - excess, arc, line.arc)))
+        # Measured as in the frames to come, whose lines are compared with it.
+        for _ in range(MAX_REFINEMENTS):
+            before = with_appearance(frame.image, line)
+            found = follow(frame.image, before, before.points[[0, -1]], float(np.median(before.width)))
+            line = before if found is None else found.line
+            if np.hypot(*(line.points - before.points).T).max() < SETTLED:
+                break
+        self._first_length = self._metric_length(line)
+        self._max_shortening += BEND_SHORTENING * float(np.median(line.width)) / line.length
+        self._lengths = [(frame.time, self._first_length)]
+        self._end_offset, self._lying_end = line.points[0] - end, line.points[-1]
+        self._last, self._last_time = line, frame.time
+        return line
+
+    def _check_excess(self, line: Centreline, arc: Array) -> None:
+        """Refuse a strip that goes on, as wide and as clear, beyond its described length; ``arc`` is in m."""
+        within, beyond = arc <= self._strip_length, arc > self._strip_length
+        usual = float(np.median(line.width[within][-POINTS // 10 :]))
+        alike = (line.score[beyond] >= GOOD) & (np.abs(np.log(line.width[beyond] / usual)) < SAME_WIDTH)
+        if arc[-1] > (1.0 + MAX_EXCESS) * self._strip_length and alike.mean() > MIN_ALIKE:
+            raise TrackingError(
+                self._source,
+                f"{arc[-1] * 1e3:.0f} mm of the strip are seen, strip.length = {self._strip_length * 1e3:.0f} mm",
+                f"a strip that is at most {MAX_EXCESS:.0%} longer than described",
+                "is strip.length right? hold the far end down with something that does not look like the strip",
+            )
+
+    def _check_first(self, line: Centreline, end: Array) -> None:
+        away = float(np.hypot(*(line.points[0] - end)))
+        if away > MAX_GRIP_DISTANCE * line.length + 2.0 * float(np.median(line.width)):
+            raise TrackingError(
+                self._source,
+                f"the strip is {away:.0f} px from where the gripper should hold it",
+                "a strip held by its end",
+                "did it slip? compare the offset of gripper.marker or template with the gripper",
+            )
+        length = self._metric_length(line)
+        if not any(line.open_ends) and length < MIN_COMPLETE * self._strip_length:
+            raise TrackingError(
+                self._source,
+                f"{length * 1e3:.0f} mm of the strip are seen, its length is {self._strip_length * 1e3:.0f} mm",
+                f"all of it, or at least {MIN_COMPLETE:.0%}, in the first frames",
+                "is strip.length right? keep things that hide it out of the first frames",
+            )
+
+    def _search(self, frame: Frame, last: Centreline, end: Array) -> Followed | None:
+        """The strip near where it is expected."""
+        elapsed = frame.time - self._last_time
+        moved = replace(last, points=last.points + elapsed * self._motion)
+        ends = np.stack([end + self._end_offset, self._lying_end])
+        width = float(np.median(last.width))
+        fast = float(np.quantile(np.hypot(*self._motion.T), 0.9))
+        near = 0.25 * width + 1.5 + SPEED_MARGIN * fast * elapsed
+        far = min(4.0 * near + width, 4.0 * width + 16.0)
+        best: Followed | None = None
+        for guess, reach in ((moved, near), (moved, far), (last, far)):
+            # An object that passes in front may have taken the line along: then the strip is where it was before.
+            if guess is last and best is not None and best.sound:
+                break
+            found = follow(frame.image, guess, ends, reach)
+            if found is None or not self._plausible(self._metric_length(found.line), elapsed):
+                continue
+            if np.hypot(*(found.line.points[0] - ends[0])) > MAX_END_ERROR * width + 1.0:
+                continue
+            if best is None or found.share > best.share:
+                best = found
+            if best.sound and best.share > CLEARLY_SEEN:
+                break
+        return best if best is not None and best.sound else None
+
+    def _accept(self, time: float, found: Followed, last: Centreline) -> None:
+        motion = (found.line.points - last.points) / (time - self._last_time)
+        limit = MAX_SPEED * found.line.length
+        motion *= np.minimum(1.0, limit / np.maximum(np.hypot(*motion.T), 1e-9))[:, None]
+        # Hidden points only seem to have moved.
+        motion[found.line.score < GOOD] = 0.0
+        self._motion = 0.5 * (self._motion + motion)
+        self._last, self._last_time = found.line, time
+        recent = [old for old in self._lengths if time - old[0] < LENGTH_MEMORY]
+        self._lengths = [*recent, (time, self._metric_length(found.line))]
+
+    def _plausible(self, length: float, elapsed: float) -> bool:
+        """Whether a line may have this length, m, so long after the last one, s."""
+        if not -self._max_shortening < length / self._first_length - 1.0 < MAX_LENGTHENING:
+            return False
+        last, usual = self._lengths[-1][1], float(np.median([old for _, old in self._lengths]))
+        # A bend that something in front cut short may at once be as long as before.
+        growth = 1.0 + STEP_LENGTHENING + LENGTHENING_RATE * elapsed
+        return length < growth * last or abs(length / usual - 1.0) < STEP_LENGTHENING
+
+    def _metric_length(self, line: Centreline) -> float:
+        return float(arc_length(self._mapping.to_robot(line.points))[-1])
+
+
+def _up_to(end: Array, line: Centreline, image: Picture) -> Centreline:
+    """A line that was just found, up to the gripped end where a dimmer part of the strip, seen edge-on, leads there."""
+    arc, away = line.arc, float(np.hypot(*(line.points[0] - end)))
+    if away < 2.0 * np.median(line.width):
+        return line
+    s = np.linspace(-away, arc[-1], POINTS)
+    x, y = (np.interp(s, [-away, *arc], [end[i], *line.points[:, i]]) for i in range(2))
+    width, contrast = np.interp(s, arc, line.width), np.interp(s, arc, line.contrast)
+    longer = replace(line, points=np.column_stack([x, y]), width=width, contrast=contrast)
+    ends = np.stack([end, line.points[-1]])
+    found = follow(image, with_appearance(image, longer), ends, 2.0 * float(np.median(line.width)))
+    if found is None or not found.sound or np.mean(found.line.score[s < 0.0] >= GOOD) < MIN_ALIKE:
+        return line
+    return found.line
+
+
+def without_marker(image: Picture, marker: Array) -> Picture:
+    """A copy of a picture in which the marker and its rim have the grey level around them: they are no strip."""
+    centre = marker.mean(axis=0)
+    masks = np.zeros((2, *image.shape), np.uint8)
+    for mask, size in zip(masks, (MARKER_RIM, 1.3 * MARKER_RIM), strict=True):
+        cv2.fillConvexPoly(mask, np.rint(centre + size * (marker - centre)).astype(np.int32), (1,))
+    covered, around = masks[0] > 0, (masks[1] > 0) & (masks[0] == 0)
+    cleared = image.copy()
+    if around.any():
+        cleared[covered] = int(np.median(image[around]))
+    return cleared

@@ -3,40 +3,103 @@
 from __future__ import annotations
 
 import json
-import mmap
-import multiprocessing
 import os
+import select
 import signal
 import subprocess
 import sys
 import weakref
 from collections.abc import Iterator
 from contextlib import suppress
-from multiprocessing.connection import Connection
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
 
-from stripfold.base.arrays import Array, Picture
+from stripfold.base.arrays import Array, Index, Mask, Picture
 from stripfold.base.errors import InvalidInputError
 from stripfold.files.tables import read_table
 from stripfold.film import decoding
-from stripfold.film.decoding import MAX_FRAMES, MAX_SECONDS, MEMORY, SUFFIXES, Message, frame_files
-from stripfold.film.frames import Frame, VideoReport
+from stripfold.film.decoding import MAX_BYTES, MAX_FRAMES, MAX_SECONDS, SUFFIXES, Message, frame_files
 
-_COPIED = b"copied"
 TIMEOUT = 30.0
-"""Longest time without a message after which the decoder is ended, s."""
+"""Longest time without a byte after which the decoder is ended, s."""
+PIPE = 1 << 20
+"""Bytes by which the decoder may be ahead."""
+MAX_MISSING = 0.05
+"""Share of a video's length that may be missing at its end; a recorder may count another stream, or the last frame."""
 _ALLOWED = f"a video (mp4, avi, mkv, mov) or a folder of frames ({', '.join(SUFFIXES)})"
 _DIFFERENCES = np.clip(128.0 + 3.0 * (np.arange(256) - 128.0), 0, 255).astype(np.uint8)
 """Colour differences magnified to the range of luma: few colours are pure."""
+_DROPPED = 1.5
+"""Interval over the usual one from which frames are missing."""
+_UNEVEN, _MAX_UNEVEN = 0.25, 0.05
+"""Deviation of an interval from a multiple of the usual one that is not jitter, and the share of such intervals from
+which the rate is variable."""
+SMALL_WIDTH, MAX_SMALL = 640, 450
+"""Largest width of the small copies of frames, pixels, and most of them: of a longer film every second is kept, ..."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One frame.
+
+    ``index``: from 0, in the order of presentation.  ``time``: when it was taken, s, by the camera's clock.  ``image``:
+    shape (h, w): grey from 0, black, to 255, white; read-only.  ``doubled``: whether it repeats the frame before, pixel
+    by pixel, with another time.  ``damaged``: whether a part of its data, or of a frame that it is predicted from, is
+    missing.
+    """
+
+    index: int
+    time: float
+    image: Picture
+    doubled: bool = False
+    damaged: bool = False
+
+
+@dataclass
+class VideoReport:
+    """Statistics of the reading: numbers of frames, and packets that could not be decoded.
+
+    ``declared`` is the number of frames by the header, ``duration`` its length, s; 0 where it does not say.
+    ``predicted`` says whether frames are compressed, with loss, by prediction from others, ``end`` is the time of the
+    last one, s; ``coloured`` whether the first one has colours.
+    """
+
+    declared: int = 0
+    duration: float = 0.0
+    predicted: bool = False
+    end: float = 0.0
+    decoded: int = 0
+    damaged: int = 0
+    interlaced: int = 0
+    coloured: bool = False
+    errors: int = 0
+
+    @property
+    def truncated(self) -> bool:
+        """Whether the video ends well before its header says, once it was read to its end."""
+        return self.end * (1.0 + 1.0 / max(self.decoded, 1)) < (1.0 - MAX_MISSING) * self.duration
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Each in words, for a video that was read to its end."""
+        found = {
+            f"the header declares {self.declared} frames, {self.decoded} were decoded": (
+                self.declared not in (0, self.decoded)
+            ),
+            f"{self.errors} packets could not be decoded": self.errors > 0,
+            f"{self.damaged} frames are damaged": self.damaged > 0,
+            f"{self.interlaced} frames are interlaced: their odd rows were taken at another time": self.interlaced > 0,
+        }
+        return tuple(text for text, holds in found.items() if holds)
 
 
 def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None = None, channel: int = 0) -> Reader:
-    """The frames of a video, or of a folder, in temporal order; one at a time is in memory.
+    """Read the frames of a video, or of a folder, in temporal order; one at a time is in memory.
 
     ``path``: the video, or a folder of frames whose names sort in time.  ``timestamps``: CSV ``frame,t`` with one row
     per frame: when it was taken, s.  Replaces the times in the video; required for a folder.  ``channel``: index of
@@ -54,43 +117,22 @@ class Reader(Iterator[Frame]):
         self._path, self._channel = path, channel
         self._times = None if timestamps is None else read_timestamps(timestamps)
         self._last: Frame | None = None
-        self._received: list[Message] = []
         self._check_source()
-        if not hasattr(os, "memfd_create"):
-            raise InvalidInputError("video", str(path), "films on Linux only, whose sealed memory the decoder needs")
+        if not sys.platform.startswith("linux"):
+            raise InvalidInputError("video", str(path), "films on Linux only, whose limits the decoder needs")
         import fcntl
 
-        connection, theirs = multiprocessing.Pipe()
-        memory = os.memfd_create("stripfold", os.MFD_ALLOW_SEALING)
+        # -P: a module in the user's working folder must not shadow a library.
+        command = [sys.executable, "-P", "-m", decoding.__name__, str(channel), str(path.absolute())]
+        none = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, bufsize=0, stdin=none, stdout=subprocess.PIPE, stderr=none)
+        assert self._process.stdout is not None
+        self._pipe: Any = self._process.stdout
+        with suppress(OSError):  # what all processes of a user may have in pipes is limited
+            fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, PIPE)
+        self._finalizer = weakref.finalize(self, _end, self._process)
         try:
-            os.ftruncate(memory, MEMORY)
-            # Whatever happens in the decoder, the memory does not end before what is read here.
-            fcntl.fcntl(memory, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW)
-            self._memory = np.frombuffer(mmap.mmap(memory, MEMORY, prot=mmap.PROT_READ), np.uint8)
-            descriptors = [theirs.fileno(), memory]
-            # -P: a module in the user's working folder must not shadow a library.
-            self._process = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-P",
-                    "-m",
-                    decoding.__name__,
-                    *map(str, descriptors),
-                    str(channel),
-                    str(path.absolute()),
-                ],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                pass_fds=descriptors,
-            )
-        finally:
-            os.close(memory)
-        theirs.close()
-        self._connection = connection
-        self._finalizer = weakref.finalize(self, _end, self._process, connection)
-        try:
-            start = self._receive()
+            start, _ = self._receive()
             # A table of times has a row per frame, so with one the header's length does not matter.
             known = 0.0 if self._times is not None else start["duration"]
             self.report = VideoReport(start["declared"], known, start["predicted"])
@@ -112,9 +154,9 @@ class Reader(Iterator[Frame]):
         if not self._finalizer.alive:
             raise StopIteration
         try:
-            message = self._receive()
+            message, picture = self._receive()
             if message["kind"] == "frame":
-                self._last = self._frame(message)
+                self._last = self._frame(message, picture)
                 return self._last
             self._finish(message)
         except BaseException:
@@ -149,33 +191,41 @@ class Reader(Iterator[Frame]):
         if self._times is None:
             raise InvalidInputError("timestamps", None, "a CSV file frame,t", "frames in a folder have no times")
 
-    def _receive(self) -> Message:
-        """The next message."""
-        if not self._received:
-            self._received = self._batch()
-        message = self._received.pop(0)
+    def _receive(self) -> tuple[Message, Picture]:
+        """The next message, and its picture's bytes."""
+        size = int.from_bytes(self._bytes(4).tobytes(), "big")
+        message: Message = json.loads(self._bytes(size, 10_000).tobytes())
+        picture = self._bytes(message["bytes"])
         if message["kind"] == "refused":
             raise self._refused(message["reason"])
-        return message
+        return message, picture
 
-    def _batch(self) -> list[Message]:
-        if not self._connection.poll(TIMEOUT):
-            raise self._refused(f"the decoder was silent for {TIMEOUT:g} s")
-        try:
-            batch: list[Message] = json.loads(self._connection.recv_bytes(10_000))
-        except (EOFError, OSError) as error:
-            with suppress(subprocess.TimeoutExpired):
-                self._process.wait(1.0)
-            code = self._process.returncode or 0
-            if code == -signal.SIGXCPU:
-                raise self._refused(f"decoding needs more than {MAX_SECONDS} s of CPU time") from error
-            reason = signal.Signals(-code).name if code < 0 else code
-            raise self._refused(f"the decoder crashed ({reason})") from error
-        return batch
+    def _bytes(self, count: int, most: int = MAX_BYTES) -> Picture:
+        if count > most:
+            raise self._refused(f"the decoder announces {count} bytes")
+        found = np.empty(count, np.uint8)
+        rest = found.data
+        while rest:
+            if not select.select([self._pipe], [], [], TIMEOUT)[0]:
+                raise self._refused(f"the decoder was silent for {TIMEOUT:g} s")
+            read = self._pipe.readinto(rest)
+            if not read:
+                raise self._refused(self._crash())
+            rest = rest[read:]
+        return found
 
-    def _frame(self, message: Message) -> Frame:
+    def _crash(self) -> str:
+        """Why the decoder ended before its end."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(1.0)
+        code = self._process.returncode or 0
+        if code == -signal.SIGXCPU:
+            return f"decoding needs more than {MAX_SECONDS} s of CPU time"
+        return f"the decoder crashed ({signal.Signals(-code).name if code < 0 else code})"
+
+    def _frame(self, message: Message, picture: Picture) -> Frame:
         report, index, last = self.report, self.report.decoded, self._last
-        image = self._upright(message)
+        image = self._upright(message, picture)
         if last is not None and image.shape != last.image.shape:
             raise self._unusable(f"frames of one size, frame {index} has another than those before it")
         time = message["time"]
@@ -197,19 +247,16 @@ class Reader(Iterator[Frame]):
         report.interlaced += message["interlaced"]
         return Frame(index, time, image, doubled, message["damaged"])
 
-    def _upright(self, message: Message) -> Picture:
+    def _upright(self, message: Message, picture: Picture) -> Picture:
         """The picture with full range, rotated as the file asks for; read-only."""
         (width, height), stride = message["plane"], message["stride"]
-        shared = self._memory[message["start"] :][: stride * height].reshape(height, stride)[:, :width]
+        image = picture[: stride * height].reshape(height, stride)[:, :width]
         if self._channel:
-            image = np.asarray(cv2.LUT(shared, _DIFFERENCES), dtype=np.uint8)
-        else:
-            image = full_range(shared) if message["limited_range"] else shared.copy()
-        if not self._received:
-            with suppress(OSError):  # at the end the decoder does not wait for it
-                self._connection.send_bytes(_COPIED)
+            image = np.asarray(cv2.LUT(image, _DIFFERENCES), dtype=np.uint8)
+        elif message["limited_range"]:
+            image = full_range(image)
         if message["plane"] != message["size"]:
-            image = cv2.resize(image, message["size"], interpolation=cv2.INTER_LINEAR)
+            image = np.asarray(cv2.resize(image, message["size"], interpolation=cv2.INTER_LINEAR), np.uint8)
         rotation = message["rotation"] % 360
         if rotation % 90:
             raise self._unusable("pictures rotated by a multiple of 90 degrees", f"it asks for {rotation}")
@@ -238,19 +285,20 @@ class Reader(Iterator[Frame]):
 
 
 def full_range(picture: Picture) -> Picture:
-    """From video levels, black at 16 and white at 235, to 0 and 255, limited and rounded."""
+    """Stretch video levels, black at 16 and white at 235, to 0 and 255, limited and rounded."""
     # A table, whose accesses are one by one, takes twice as long.
     return np.asarray(cv2.convertScaleAbs(cv2.subtract(picture, 16), alpha=255.0 / 219.0), dtype=np.uint8)
 
 
-def _end(process: subprocess.Popen[bytes], connection: Connection) -> None:
+def _end(process: subprocess.Popen[bytes]) -> None:
     process.kill()
     process.wait()
-    connection.close()
+    if process.stdout is not None:
+        process.stdout.close()
 
 
 def read_timestamps(path: Path) -> Array:
-    """Times of the frames, shape (n,), s, from a CSV file ``frame,t`` whose frames count from 0.
+    """Read the times of the frames, shape (n,), s, from a CSV file ``frame,t`` whose frames count from 0.
 
     Raises InvalidInputError: not such a table, or frames or times out of order.
     """
@@ -263,3 +311,69 @@ def read_timestamps(path: Path) -> Array:
         raise InvalidInputError("frame", float(frames[row]), allowed, table.place(row))
     table.check_increasing(times)
     return times
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """The times of a video's frames.
+
+    ``time``, ``doubled``: shape (n,): ascending times, s, and which frames repeat the one before.  ``period``: the
+    usual interval between frames, s.  ``dropped``: indices of the frames before which one or more are missing.
+    ``variable``: whether the rate varies, so that a gap does not imply missing frames.
+    """
+
+    time: Array
+    doubled: Mask
+    period: float
+    dropped: Index
+    variable: bool
+
+    @classmethod
+    def of(cls, time: Array, doubled: Mask) -> Self:
+        """Find period, dropped frames and regularity from the times of two frames or more."""
+        intervals = np.diff(time)
+        period = float(np.median(intervals))
+        ratio = intervals / period
+        uneven = np.abs(ratio - np.maximum(np.rint(ratio), 1.0)) > _UNEVEN
+        dropped = np.flatnonzero(intervals > _DROPPED * period) + 1
+        return cls(time, doubled, period, dropped, float(uneven.mean()) > _MAX_UNEVEN)
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Each in words."""
+        repeated = int(self.doubled.sum())
+        found = {
+            f"{repeated} frames repeat the one before": repeated > 0,
+            f"frames are missing in {len(self.dropped)} places": len(self.dropped) > 0,
+            "the frame rate varies": self.variable,
+        }
+        return tuple(text for text, holds in found.items() if holds)
+
+
+class Thumbnails:
+    """Small copies of the frames of a film, kept while it is measured: the report need not decode it again.
+
+    Every :attr:`every`-th frame, from the first, its sides divided by :attr:`whole`.  ``size`` is that of the film's
+    frames, width and height.
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        # By a whole number: any other takes ten times as long to average over.
+        self.whole = -(-size[0] // SMALL_WIDTH)
+        self.size = size[0] // self.whole, size[1] // self.whole
+        self.every = 1
+        self.pictures: list[Picture] = []
+
+    def add(self, frame: Frame) -> None:
+        """Keep the next frame, if it is one of those to keep."""
+        if frame.index % self.every:
+            return
+        if len(self.pictures) == MAX_SMALL:
+            self.pictures, self.every = self.pictures[::2], 2 * self.every
+            if frame.index % self.every:
+                return
+        self.pictures.append(self.small(frame.image))
+
+    def small(self, picture: Picture) -> Picture:
+        """Make a small copy of a picture of the film's size."""
+        return np.asarray(cv2.resize(picture, self.size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

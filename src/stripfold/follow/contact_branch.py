@@ -1,14 +1,15 @@
 """Branches of a strip on the floor, through the changes of its contact.
 
 The strip starts flat or from a state of the elastica.  Along the branch elements are planned anew as its parts become
-longer or shorter, and the contact changes at events: the sag touches in a point, the point becomes an interval, the
-gripper comes down to the floor; and back.  Lengths in L*.  Source: docs/physics.md, section 5.
+longer or shorter, and the contact changes at events: a sag touches in a point, the point becomes an interval, the
+whole strip leaves the floor; and back.  Lengths in L*.  Source: docs/physics.md, section 5.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -19,18 +20,20 @@ from stripfold.base.errors import InvalidInputError, NewtonError
 from stripfold.follow.contact_events import (
     FIRST_INTERVAL,
     TOUCH_TOLERANCE,
-    clearance,
     curvature,
+    height_beside_end,
+    lift_off_of_all,
+    longest_free,
     reaction,
+    sags,
     touch,
     zero,
 )
 from stripfold.solve import continuation, critical, newton
-from stripfold.solve.continuation import StepOptions
-from stripfold.solve.events import Crossing, Event
+from stripfold.solve.continuation import Crossing, Event, StepOptions
 from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh, Topology
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import Motion
@@ -82,7 +85,7 @@ class BranchPoint:
     @property
     def touches(self) -> bool:
         """Whether something beside the lying part is on the floor."""
-        return self.topology is not Topology.LYING
+        return self.topology != LYING
 
 
 Planned = Callable[[Array], ContactMesh]
@@ -156,7 +159,8 @@ def transferred(
     mesh = mesh or problem.mesh.replanned(to, topology)
     before = problem.at(here)
     u = before.model.resampled(at.u, mesh.model.s)
-    new = MovingContact(mesh, motion or problem.motion, before.carried_over(at.u, mesh.model), to)
+    effects = tuple(effect.carried_over(at.u, mesh.model) for effect in before.effects)
+    new = MovingContact(mesh, motion or problem.motion, effects, to)
     q = np.concatenate([u, to])
     row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
     rows = np.concatenate([np.zeros(new.n), row])
@@ -172,37 +176,69 @@ def transferred(
 
 
 def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint], BranchPoint]]:
-    """The events that change the contact, and the states behind them."""
-    topology = problem.mesh.topology
+    """The events that change the contact, and the states behind them.
 
-    def to_point(at: BranchPoint) -> BranchPoint:
-        """The sag's lowest point, or the middle of an interval, is held on the floor."""
-        *interval, lift_off = at.contact
-        place = np.mean(interval) if interval else clearance(problem, at.point.q)[1]
-        return transferred(at, np.array([place, lift_off]), Topology.POINT, constraint=(np.zeros(2), 1.0))
+    Each changes one interval or point: it opens, closes, flattens or is released, whatever the others are.
+    """
+    topology, changes = problem.mesh.topology, {touch(problem): _touched}
+    for i in problem.points.tolist():
+        released = zero("release of the sag", partial(_reaction, problem, i), TOUCH_TOLERANCE)
+        changes[released] = partial(_changed_to, number=i, parts=(False,))
+        flattened = zero("flattening of the sag", partial(_curvature, problem, i))
+        changes[flattened] = partial(_changed_to, number=i, parts=(False, True, False))
+    for i in range(1, len(topology) - 1):
+        if topology[i]:
+            ends = zero("end of the interval of contact", partial(_length, problem, i))
+            changes[ends] = partial(_changed_to, number=i - 1, parts=(False, False))
+    if topology[-1]:
+        changes[lift_off_of_all(problem)] = partial(_changed_to, number=len(topology) - 2, parts=(False,))
+    else:
+        changes[zero("landing of the end", partial(height_beside_end, problem))] = _landed_end
+    return changes
 
-    def to_lying(at: BranchPoint) -> BranchPoint:
-        return transferred(at, at.contact[1:], Topology.LYING, constraint=(np.zeros(1), 1.0))
 
-    def to_interval(at: BranchPoint) -> BranchPoint:
-        place, lift_off = at.contact
-        contact = np.array([place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL, lift_off])
-        return transferred(at, contact, Topology.INTERVAL, constraint=(np.array([-1.0, 1.0, 0.0]), 0.0))
+def _reaction(problem: MovingContact, number: int, point: Point) -> float:
+    return reaction(problem, point, number)
 
-    def length(point: Point) -> float:
-        ends = problem.contact(point.q)
-        return float(ends[1] - ends[0]) - 0.5 * FIRST_INTERVAL
 
-    if topology is Topology.LYING:
-        return {touch(problem): to_point}
-    if topology is Topology.POINT:
-        return {
-            zero("release of the sag", lambda point: reaction(problem, point), TOUCH_TOLERANCE): to_lying,
-            zero("flattening of the sag", lambda point: curvature(problem, point)): to_interval,
-        }
-    if topology is Topology.INTERVAL:
-        return {zero("end of the interval of contact", length): to_point}
-    return {}
+def _curvature(problem: MovingContact, number: int, point: Point) -> float:
+    return curvature(problem, point, number)
+
+
+def _length(problem: MovingContact, part: int, point: Point) -> float:
+    """Length of a lying part over the least that one has."""
+    return float(problem.mesh.parts(problem.contact(point.q))[part]) - 0.5 * FIRST_INTERVAL
+
+
+def _touched(at: BranchPoint) -> BranchPoint:
+    """The sag's lowest point is held on the floor."""
+    lowest = sags(at.problem, at.point.q)
+    part = int(np.argmin([height for height, _ in lowest]))
+    contact = np.insert(at.contact, part, lowest[part][1])
+    topology = (*at.topology[:part], False, *at.topology[part:])
+    return transferred(at, contact, topology, constraint=(np.zeros(len(contact)), 1.0))
+
+
+def _landed_end(at: BranchPoint) -> BranchPoint:
+    """The strip lies beside its held end."""
+    contact = np.append(at.contact, longest_free(at.model))
+    return transferred(at, contact, (*at.topology, True), constraint=(np.eye(len(contact))[-1], 0.0))
+
+
+def _changed_to(at: BranchPoint, number: int, parts: tuple[bool, ...]) -> BranchPoint:
+    """The parts on either side of a contact coordinate, or of the interval that it begins, become these."""
+    topology, contact = at.topology, at.contact
+    after = number + (3 if len(parts) == 2 else 2)
+    place = float(np.mean(contact[number : after - 1]))
+    half = 0.5 * FIRST_INTERVAL
+    new = {1: [], 2: [place], 3: [place - half, place + half]}[len(parts)]
+    contact = np.concatenate([contact[:number], new, contact[after - 1 :]])
+    topology = (*topology[:number], *parts, *topology[after:])
+    row, corner = np.zeros(len(contact)), 1.0
+    if len(parts) == 3:
+        # A new interval has its first length, wherever lambda is.
+        row[number : number + 2], corner = (-1.0, 1.0), 0.0
+    return transferred(at, contact, topology, constraint=(row, corner))
 
 
 def follow(
@@ -217,13 +253,15 @@ def follow(
     :data:`UNHELD` is an event of its own, between the states on either side of a change of the contact.  The point at
     ``end``, a value of lambda, is the last; events behind it do not count.
 
-    Raises SolveError: the branch could not be followed, or its contact is none of :class:`.Topology`.
+    Raises SolveError: the branch could not be followed.
     """
 
     def with_changes(problem: MovingContact) -> tuple[dict[Event, Callable[[BranchPoint], BranchPoint]], list[Event]]:
-        changes = contact_changes(problem) if through_contact else {}
+        ends = stops(problem)
+        names, changes = {event.name for event in ends}, contact_changes(problem) if through_contact else {}
+        changes = {event: change for event, change in changes.items() if event.name not in names}
         # An event that is not located may be behind a change of the contact in the same step.
-        return changes, [*changes, *stops(problem)]
+        return changes, [*changes, *ends]
 
     at = first
     yield at

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stripfold.base.arrays import Array
-from stripfold.solve.events import Event
+from stripfold.solve.continuation import Event
 from stripfold.solve.problem import Point
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
@@ -26,22 +26,30 @@ SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
 """Places in an element where the height over the floor is looked at."""
 
 
-def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
-    """The smallest height over the floor where the strip sags, inf where it does not, and its place along the strip."""
+def sags(problem: MovingContact, q: Array) -> list[tuple[float, float]]:
+    """The smallest height over the floor where each part sags, inf where it does not, and its place along the strip."""
     mesh, n = problem.mesh, problem.n
     model = problem.at(q[n:]).model
     columns = model.middle[:, 1]
     height = q[columns[:: (len(columns) - 1) // len(mesh.on_floor)]]
-    lies = mesh.on_floor
-    least = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] < height[2:]) & ~lies[:-1] & ~lies[1:]) + 1
+    ends = [0, *mesh.elements_at.tolist(), len(height) - 1]
+    return [
+        (np.inf, np.nan) if lies else _sag(model, q[:n], height[first : last + 1], first)
+        for lies, first, last in zip(mesh.topology, ends[:-1], ends[1:], strict=True)
+    ]
+
+
+def _sag(model: Model, u: Array, height: Array, first: int) -> tuple[float, float]:
+    """That of a free part with these heights of its elements' ends, from the one of number ``first`` on."""
+    least = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])) + 1
     # Beside a contact a coarse mesh waves a little.
-    sags = [i for i in least if min(height[:i].max(), height[i:].max()) - height[i] > LEAST_SAG]
-    if not sags:
+    found = [i for i in least if min(height[:i].max(), height[i:].max()) - height[i] > LEAST_SAG]
+    if not found:
         return np.inf, np.nan
-    i = min(sags, key=lambda i: float(height[i]))
+    i = first + min(found, key=lambda i: float(height[i]))
     left, middle, right = model.ends[i - 1 : i + 2]
     s = np.concatenate([left + (middle - left) * SAMPLES, middle + (right - middle) * SAMPLES, [right]])
-    z = model.resampled_mid_surface(q[:n], s)[:, 1]
+    z = model.resampled_mid_surface(u, s)[:, 1]
     # The lowest point of a parabola through three samples.
     k = int(np.argmin(z[1:-1])) + 1
     a, b = s[k - 1] - s[k], s[k + 1] - s[k]
@@ -52,28 +60,20 @@ def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
     return float(z[k] + lowest * (slope + lowest * curve)), float(s[k] + lowest)
 
 
-def root_of(value: Callable[[Point], float]) -> Callable[[Point, Point, int], float]:
-    """Where to compute the next point of a bracket of the value's zero: by linear interpolation, from both sides."""
-
-    def share(before: Point, after: Point, evaluation: int) -> float:
-        a, b = value(before), value(after)
-        if not np.isfinite(a) or not np.isfinite(b) or a == b or evaluation % 4 == 0:
-            return 0.5
-        guess = a / (a - b)
-        return min(max(guess + (0.01 if evaluation % 2 else -0.01), 0.01), 0.99)
-
-    return share
+def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
+    """The smallest height of a sag over the floor, inf without one, and its place along the strip."""
+    return min(sags(problem, q), key=lambda sag: sag[0])
 
 
 def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) -> Event:
     """The event that a value, positive before, becomes negative."""
-    return Event(name, lambda point, _: value(point) < 0.0, tolerance, share=root_of(value))
+    return Event(name, lambda point, _: value(point) < 0.0, tolerance, value)
 
 
 def touch(problem: MovingContact) -> Event:
-    """The event that the sag touches the floor."""
-    height = StateCache(lambda q: clearance(problem, q)[0])
-    return zero("touch of the sag", lambda point: height(point.q), TOUCH_TOLERANCE)
+    """The event that a sag touches the floor."""
+    lowest = StateCache(lambda q: clearance(problem, q)[0])
+    return zero("touch of the sag", lambda point: lowest(point.q), TOUCH_TOLERANCE)
 
 
 def longest_free(model: Model) -> float:
@@ -86,24 +86,29 @@ def longest_free(model: Model) -> float:
 
 def lift_off_of_all(problem: MovingContact) -> Event:
     """The event that nothing is left lying."""
-    most = longest_free(problem.mesh.model)
-    return zero(LIFTED, lambda point: most - float(problem.contact(point.q)[-1]))
+    most, lies = longest_free(problem.mesh.model), problem.mesh.topology[-1]
+    return zero(LIFTED, lambda point: most - float(problem.contact(point.q)[-1]) if lies else 1.0)
 
 
-def reaction(problem: MovingContact, point: Point) -> float:
-    """Reaction of the floor in a point contact."""
-    column = problem.columns[0]
-    return float(point.state.force[problem.mesh.model.middle[column, 1]])
+def reaction(problem: MovingContact, point: Point, number: int) -> float:
+    """Reaction of the floor in the point of contact that is this contact coordinate."""
+    return float(point.state.force[problem.mesh.model.middle[problem.columns[number], 1]])
 
 
-def curvature(problem: MovingContact, point: Point) -> float:
-    """Curvature of the strip over the floor in a point contact, 1/L*: by its height at :data:`FIRST_INTERVAL`.
+def curvature(problem: MovingContact, point: Point, number: int) -> float:
+    """Curvature of the strip over the floor in a point of contact, 1/L*: by its height at :data:`FIRST_INTERVAL`.
 
     On the solid a force in a point shears the strip: without a length it would be flat in any contact.
     """
-    place = problem.contact(point.q)[0]
+    place = problem.contact(point.q)[number]
     at = place + FIRST_INTERVAL * np.array([-1.0, 1.0])
     model = problem.at(problem.contact(point.q)).model
     height = model.resampled_mid_surface(point.q[: problem.n], at)[:, 1].sum()
     # The reaction is the jump of the shear force, and so of the third derivative.
-    return float(height / FIRST_INTERVAL**2 - reaction(problem, point) * FIRST_INTERVAL / 6.0)
+    return float(height / FIRST_INTERVAL**2 - reaction(problem, point, number) * FIRST_INTERVAL / 6.0)
+
+
+def height_beside_end(problem: MovingContact, point: Point) -> float:
+    """Height of a strip that is held at its end and free beside it, where a lying part would begin."""
+    model = problem.at(problem.contact(point.q)).model
+    return float(model.resampled_mid_surface(point.q[: problem.n], np.array([longest_free(model)]))[0, 1])

@@ -32,7 +32,7 @@ SAME_PART = 0.5
 ROBUST_NEWTON = NewtonOptions(max_iterations=100)
 """For guesses with a wrong contact set, which is corrected node by node."""
 SHORT = 0.3
-"""Length of a lying part below which it is first tried as a point, L*; at the held end the contact is then at nodes."""
+"""Length of a lying part below which it is first tried as a point, L*."""
 BACK = (0.0, 1e-3, 3e-3, 1e-2, 3e-2, 0.1)
 """Distances in lambda before a limit point at which a stable state is looked for, in turn, L*."""
 NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)
@@ -75,7 +75,7 @@ def from_nodes(plan: Callable[[Array], ContactMesh], problem: StripProblem, poin
     """The state near one whose contact is at nodes.
 
     ``plan``: plans a mesh with one lift-off.  ``problem``, ``point``: the state on its fixed mesh.  Raises SolveError:
-    its contact is none of :class:`.Topology`, or no such state is near.
+    no such state is near.
     """
     model = problem.model
     parts = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]
@@ -107,23 +107,29 @@ def _guesses(parts: list[list[float]], folded: bool) -> Iterator[tuple[Topology,
     Behind its lift-off a strip on nodes waves by less than an element, and lies in more parts than it has: the nearest
     ones are taken for one, until one is left.
     """
-    while len(parts) > 1:
-        if len(parts) == 2:
-            (begin, end), (lift_off, _) = parts
-            if folded:
-                yield Topology.FOLDED, np.array([end, lift_off])
-                return
-            middle, half = 0.5 * (begin + end), 0.5 * max(end - begin, 0.1)
-            point = (Topology.POINT, np.array([middle, lift_off]))
-            interval = (Topology.INTERVAL, np.array([middle - half, middle + half, lift_off]))
-            yield from (point, interval) if end - begin < SHORT else (interval, point)
+    while True:
+        (*upper, (lift_off, _)) = parts
+        # Each upper layer as what it looks like, then as the other: a point or an interval.
+        for other in (False, True) if len(upper) > folded else (False,):
+            topology: Topology = ()
+            contact: list[float] = []
+            for number, (begin, end) in enumerate(upper):
+                if folded and number == 0:
+                    topology, contact = (True,), [end]
+                elif (end - begin < SHORT) is not other:
+                    topology, contact = (*topology, False), [*contact, 0.5 * (begin + end)]
+                else:
+                    middle, half = 0.5 * (begin + end), 0.5 * max(end - begin, 0.1)
+                    topology, contact = (*topology, False, True), [*contact, middle - half, middle + half]
+            yield (*topology, False, True), np.array([*contact, lift_off])
+        if not upper:
+            return
         i = int(np.argmin([after[0] - before[1] for before, after in pairwise(parts)]))
         parts = [*parts[:i], [parts[i][0], parts[i + 1][1]], *parts[i + 2 :]]
-    yield Topology.LYING, np.array([parts[0][0]])
 
 
 def _admissible(at: BranchPoint) -> bool:
-    """Whether the ends of an interval are in order, and a point is pushed and not flat."""
-    if at.topology is Topology.POINT:
-        return reaction(at.problem, at.point) >= 0.0 and curvature(at.problem, at.point) >= 0.0
-    return bool(np.all(np.diff(at.contact) > 0.0))
+    """Whether the parts are in order, and points are pushed and not flat."""
+    numbers = at.problem.points.tolist()
+    pushed = all(get(at.problem, at.point, i) >= 0.0 for i in numbers for get in (reaction, curvature))
+    return pushed and bool(np.all(np.diff(at.contact) > 0.0))

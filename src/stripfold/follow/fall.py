@@ -14,11 +14,11 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError, TimeStepError
+from stripfold.base.phases import FALL
 from stripfold.follow.contact import lies_apart, lift_off
 from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned
 from stripfold.follow.contact_events import longest_free
 from stripfold.follow.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
-from stripfold.follow.phases import FALL
 from stripfold.follow.statics import StripModel, follow, solve_height, static_track
 from stripfold.follow.track import End, StripState, Track
 from stripfold.paths.curve import GripperPath, Interpolated
@@ -86,11 +86,8 @@ class ReleaseState:
     nudge: float = NUDGE
 
     @classmethod
-    def at(cls, at: BranchPoint | StripState, refinement: float = 1.0) -> ReleaseState:
+    def at(cls, at: BranchPoint, refinement: float = 1.0) -> ReleaseState:
         """Release in the last state before a critical point, on a fixed mesh."""
-        if not isinstance(at, BranchPoint):
-            assert isinstance(at.point, Point)
-            return cls(at.problem, at.point, at.point.mode)
         problem, point = on_nodes(at, refinement, stable=True)
         return cls(problem, point, point.mode, NUDGE + at.point.lam - point.lam)
 
@@ -199,16 +196,12 @@ def state_at_rest(problem: StripProblem, state: TimeState | Point) -> StripState
     return StripState(problem, point)
 
 
-def at_rest(mesh: Planned, fall: Track) -> BranchPoint | StripState:
-    """The equilibrium that a motion ended in; its contact is at nodes where it is none of :class:`.Topology`.
+def at_rest(mesh: Planned, fall: Track) -> BranchPoint:
+    """Find the equilibrium that a motion ended in.
 
-    Raises SolveError: as :func:`state_at_rest`.
+    Raises SolveError: as :func:`state_at_rest` and :func:`.from_nodes`.
     """
-    rest = state_at_rest(*fall.states[-1])
-    try:
-        return from_nodes(mesh, *rest)  # type: ignore[arg-type]
-    except SolveError:
-        return rest
+    return from_nodes(mesh, *state_at_rest(*fall.states[-1]))  # type: ignore[arg-type]
 
 
 def assess_strip(
@@ -235,7 +228,7 @@ def assess_strip(
     while fall is not None and found.end is End.SNAP and len(found.events) <= MAX_FALLS:
         try:
             say(f"falling at {found.lam / path.length:.0%} of the path")
-            motion = simulate_fall(ReleaseState.at(found.points[-1], refinement), fall)
+            motion = simulate_fall(ReleaseState.at(found.last, refinement), fall)
             found = found.then(motion)
             if found.touch is not None and not fall.to_rest:
                 break
@@ -302,17 +295,16 @@ def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0)
 
 
 def _go_on(strip: StripModel, motion: Track, height: float, refinement: float) -> Track:
-    """Follow the settled strip until its gripper is above the held end, or the whole strip is lifted."""
+    """Follow the settled strip until its gripper is above the held end, the whole strip is lifted, or layers meet."""
     length, begin, (problem, _) = strip.length, motion.lam, motion.states[-1]
     x = np.array([begin, length]) - length / 2.0
     along_x = Interpolated.through(np.column_stack([x, [height, height]]), begin, "along x")
     mesh, path = strip.contact_mesh(refinement), GripperPath("along x", (along_x,))
     found = follow(mesh, path, length, at_rest(mesh, motion))
     layers, model = problem.self_contact, problem.model
-    if layers is not None and any(layers.gap(p.model.resampled(at.q, model.s)) < 0.0 for p, at in found.states):
-        # Layers meet: a contact that only states on a fixed mesh have.
-        found = follow(mesh, path, length, state_at_rest(*motion.states[-1]))
     for i, (p, at) in enumerate(found.states):
+        if layers is not None and layers.gap(p.model.resampled(at.q, model.s)) < 0.0:
+            return static_track(found.points[:i], End.LAYERS)
         if lift_off(p.model, at) > longest_free(p.model):
             return static_track(found.points[: i + 1], End.LIFTED)
     return found

@@ -48,17 +48,17 @@ from stripfold.follow.statics import (
 from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import continuation, critical, newton
-from stripfold.solve.events import Crossing, Event
+from stripfold.solve.continuation import Event
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
-from stripfold.strip.contact_mesh import Topology
-from stripfold.strip.effects import Hysteresis, MovableEffect, Pull
+from stripfold.strip.contact_mesh import INTERVAL
+from stripfold.strip.effects import Effect, Hysteresis, Pull
 from stripfold.strip.hysteresis import YIELD_CURVATURE
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Motion
 
-Effects = Callable[[Model, Array], tuple[MovableEffect, ...]]
+Effects = Callable[[Model, Array], tuple[Effect, ...]]
 """The effects on a strip, without force in the given state."""
 
 STEP = 0.1
@@ -256,7 +256,7 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
 
     def stops(problem: MovingContact) -> list[Event]:
         reached = zero(REACHED, lambda point: end - point.lam)
-        if not near_floor or problem.mesh.topology is not Topology.INTERVAL:
+        if not near_floor or problem.mesh.topology != INTERVAL:
             return [reached, lift_off_of_all(problem), LIMIT]
         low = zero(LANDING, lambda point: over_low(problem.motion, point.lam))
         return [reached, low, lift_off_of_all(problem), LIMIT]
@@ -266,7 +266,7 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     for item in _followed(first, stops):
         if isinstance(item, BranchPoint):
             last = item if item.point.lam < end else last
-            lies = near_floor and item.topology is Topology.INTERVAL
+            lies = near_floor and item.topology == INTERVAL
             if lies and over_low(item.problem.motion, item.point.lam) < 0.0:
                 # Its layer began to lie only there.
                 new = landed(item, end)
@@ -302,7 +302,7 @@ def _layer_comes_down(after: BranchPoint) -> bool:
     the contact goes there.  Source: docs/method.md.
     """
     moves = np.abs(after.point.tangent.q[after.problem.n :])
-    return after.topology is Topology.INTERVAL and int(np.argmax(moves)) == 0
+    return after.topology == INTERVAL and int(np.argmax(moves)) == 0
 
 
 def _followed(
@@ -349,9 +349,8 @@ def _lost(why: str, lam: float) -> LostStabilityError:
 def _limit(crossing: BranchCrossing) -> float:
     """lambda at a limit point."""
     before, after = crossing.before.point, crossing.after.point
-    event = critical.critical_point(LAMBDA_TOLERANCE)
     try:
-        return continuation.locate(crossing.before.problem, Crossing(event, before, after), WITHIN_STEP).before.lam
+        return critical.locate(crossing.before.problem, before, after, LAMBDA_TOLERANCE, WITHIN_STEP).lam
     except SolveError as error:
         # An element begins to slide and the branch turns back by more than a right angle: no point lies ahead.
         return before.lam if error.parameter is None else error.parameter

@@ -19,24 +19,20 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.percent import Percent
+from stripfold.base.phases import BEFORE
 from stripfold.follow import contact_branch
-from stripfold.follow.contact import lift_off
 from stripfold.follow.contact_branch import STEPS, UNHELD, BranchCrossing, BranchPoint, Planned, solved, transferred
-from stripfold.follow.contact_events import LIFTED, clearance, lift_off_of_all, touch, zero
-from stripfold.follow.contact_set import ROBUST_NEWTON, SHORT, from_nodes, on_nodes
-from stripfold.follow.phases import BEFORE
+from stripfold.follow.contact_events import LIFTED, lift_off_of_all, touch, zero
 from stripfold.follow.track import CriticalEvent, End, StripState, Track
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.solve import continuation, critical
-from stripfold.solve.continuation import StepOptions
-from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.events import Event, never
-from stripfold.solve.problem import Point
+from stripfold.solve.continuation import Event, StepOptions
+from stripfold.solve.critical import LIMIT, CriticalPoint
 from stripfold.strip import contact_mesh
-from stripfold.strip.contact_mesh import ContactMesh, Topology
+from stripfold.strip.contact_mesh import FOLDED, INTERVAL, LYING, ContactMesh, Topology
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongPath, AlongX, Lift, Motion, StripProblem, TwoGrippers
+from stripfold.strip.problem import AlongPath, AlongX, Lift, Motion, TwoGrippers
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
@@ -44,29 +40,21 @@ Until = Literal["touch", "end"]
 """Where statics end if nothing ends them before: at the first touch, or at the end of the path."""
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
-LIMIT = Event("limit point", critical.is_past, located=never)
 DOWN = "second gripper on the floor"
 LOW = 1e-3
 """Least height of the gripper off the floor, L*: strips are lifted to it and set down from it, below is the floor."""
 FIRST = 0.01
 """Largest length travelled at the first state of a path, L*."""
-PENETRATION = 1e-3
-"""Depth under the floor that a sag beside a contact must reach to count as another contact, L*."""
 ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN}
 """The ends by the names of their events."""
-LIMIT_AT_NODES = critical.critical_point(LAMBDA_TOLERANCE)
-NODAL_STEPS = StepOptions(first=0.05, largest=0.5, target_iterations=10, max_attempts=1000, newton=ROBUST_NEWTON)
-"""Steps with contact at nodes: the contact of several may change in one, which takes more iterations."""
-MAX_RETURNS = 3
-"""Returns from contact at nodes along one part of a path."""
 
 
 @dataclass(frozen=True)
 class StripModel:
     """A strip in solver units and its discretisation.
 
-    ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
-    :meth:`.Solid.of`.
+    ``length`` and ``thickness`` in L*; ``kind`` is "solid", "rod" or "reference".  ``nu`` is for all but the rod; with
+    another order, number of elements across or law than the usual ones a solid is a :class:`.Reference`.
     """
 
     length: float
@@ -84,7 +72,7 @@ class StripModel:
         sizes = contact_mesh.Sizes(free, lying, at_contact).scaled(refinement)
 
         def plan(contact: Array) -> ContactMesh:
-            return ContactMesh.of(self.length, Topology.LYING, contact, sizes, self.model)
+            return ContactMesh.of(self.length, LYING, contact, sizes, self.model)
 
         return plan
 
@@ -92,15 +80,12 @@ class StripModel:
         """The strip with this number of elements, or with these ends of elements."""
         if self.kind == "rod":
             return Rod.of(self.length, self.thickness, elements=elements)
-        return Solid.of(
-            self.length,
-            self.thickness,
-            nu=self.nu,
-            order=self.order,
-            elements=elements,
-            across=self.across,
-            law=self.law,
-        )
+        if self.kind == "solid" and (self.order, self.across, self.law) == (2, 1, "svk"):
+            return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements)
+        from stripfold.strip.reference import Reference  # scikit-fem takes longer to import than many a run
+
+        options = {"order": self.order, "across": self.across, "law": self.law}
+        return Reference.of(self.length, self.thickness, nu=self.nu, elements=elements, **options)
 
 
 def branch(
@@ -113,15 +98,10 @@ def branch(
     """
 
     def stops(problem: MovingContact) -> list[Event]:
-        events = [lift_off_of_all(problem), LIMIT]
+        events = [LIMIT] if until == "end" else [touch(problem), lift_off_of_all(problem), LIMIT]
         if isinstance(problem.motion, TwoGrippers):
             events.insert(0, zero(DOWN, lambda point: float(problem.motion.values(point.lam)[-1])))
-        if until == "touch":
-            return [touch(problem), *events]
-        if problem.mesh.topology is Topology.LYING:
-            return events
-        deep = Event("another touch of a sag", lambda point, _: clearance(problem, point.q)[0] < -PENETRATION)
-        return [deep, *events]
+        return events
 
     for item in contact_branch.follow(at, options, stops, until == "end", end):
         yield item
@@ -268,7 +248,7 @@ def follow(
     mesh: Planned,
     path: GripperPath,
     length: float,
-    first: BranchPoint | StripState | None = None,
+    first: BranchPoint | None = None,
     piece: int = 0,
     until: Until = "end",
     options: StepOptions = STEPS,
@@ -282,61 +262,57 @@ def follow(
     when a state or the branch cannot be computed.
     """
     at = first or from_flat(mesh, path, length)
-    follower = _Follower(mesh, path, length, until, options, at, piece, Percent(progress, "following the path"))
+    follower = _Follower(path, length, until, options, at, piece, Percent(progress, "following the path"))
     while follower.end is None:
         follower.advance()
     events, end = tuple(follower.events), follower.end
-    return static_track(follower.points, end, follower.pieces, events=events, nodal=follower.nodal)
+    return static_track(follower.points, end, follower.pieces, events=events)
 
 
 @dataclass
 class _Follower:
     """The states so far, and the one to go on from."""
 
-    mesh: Planned
     path: GripperPath
     length: float
     until: Until
     options: StepOptions
-    at: BranchPoint | StripState
+    at: BranchPoint
     piece: int
     followed: Percent
-    points: list[BranchPoint | StripState] = field(default_factory=list)
+    points: list[BranchPoint] = field(default_factory=list)
     pieces: list[int] = field(default_factory=list)
     events: list[CriticalEvent] = field(default_factory=list)
     end: End | None = None
-    nodal: str = ""
-    returns: int = 0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.at, BranchPoint):
-            self.nodal = "the contact at rest is none of the known kinds"
         self.add(self.at)
 
-    def add(self, *points: BranchPoint | StripState) -> None:
-        for at in points:
-            self.at = at
-            self.points.append(at)
-            self.pieces.append(self.piece)
-            self.followed(self.lam / self.path.length)
+    def add(self, at: BranchPoint) -> None:
+        self.at = at
+        self.points.append(at)
+        self.pieces.append(self.piece)
+        self.followed(self.lam / self.path.length)
 
     @property
     def lam(self) -> float:
         return self.at.point.lam
 
     def advance(self) -> None:
-        """To the end of the piece, another end, or a change between contact coordinates and nodes."""
-        piece = self.path.pieces[self.piece]
-        if isinstance(self.at, BranchPoint):
-            try:
-                self.with_coordinates(self.at, piece)
-            except SolveError as error:
-                if self.until == "touch":
-                    raise
-                self.nodal = self.nodal or str(error)
-                self.to_nodes()
-        else:
-            self.at_nodes(self.at.problem, self.at.point, piece)  # type: ignore[arg-type]
+        """Follow the strip to the end of the piece or another end; a gripper on the floor takes off and lands."""
+        at, piece = self.at, self.path.pieces[self.piece]
+        start, end = (piece.position(lam)[1] <= LOW for lam in (at.point.lam, piece.end))
+        highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
+        if start and at.topology == FOLDED and piece.position(highest)[1] > LOW:
+            at = taken_off(at, place_of_low(piece, at.point.lam, highest))
+            self.add(at)
+        before_end = place_of_low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
+        for to in (before_end, piece.end):
+            if self.end is None and at.point.lam < to:
+                at = self.along_branch(at, to)
+            if self.end is None and to < piece.end and at.topology == INTERVAL:
+                at = landed(at, piece.end)
+                self.add(at)
         if self.end is None and self.lam >= piece.end:
             if self.piece + 1 < len(self.path.pieces):
                 self.turn()
@@ -344,38 +320,16 @@ class _Follower:
                 self.end = End.PATH
 
     def turn(self) -> None:
-        """The state at the corner with the motion of the next piece."""
+        """Add the state at the corner with the motion of the next piece."""
         self.piece += 1
-        first = AlongPath(self.path.pieces[self.piece], self.length)
-        if isinstance(self.at, BranchPoint):
-            now = self.at.problem.motion
-            motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
-            turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.lam)
-            if critical.is_past(turned.point):
-                # It does not follow the new direction.
-                self.snap(_at_change(self.at, turned))
-            else:
-                self.add(turned)
+        first, now = AlongPath(self.path.pieces[self.piece], self.length), self.at.problem.motion
+        motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
+        turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.lam)
+        if critical.is_past(turned.point):
+            # It does not follow the new direction.
+            self.snap(_at_change(self.at, turned))
         else:
-            before, point = self.at
-            onward = replace(before, motion=first)
-            start = continuation.start(onward, point.q, self.lam, point.active, 1.0, NODAL_STEPS)
-            self.add(StripState(onward, start))
-
-    def with_coordinates(self, at: BranchPoint, piece: Piece) -> None:
-        """Follow the branch with contact coordinates as unknowns; a gripper on the floor takes off and lands."""
-        start, end = (piece.position(lam)[1] <= LOW for lam in (at.point.lam, piece.end))
-        highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
-        if start and at.topology is Topology.FOLDED and piece.position(highest)[1] > LOW:
-            at = taken_off(at, place_of_low(piece, at.point.lam, highest))
-            self.add(at)
-        before_end = place_of_low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
-        for to in (before_end, piece.end):
-            if self.end is None and at.point.lam < to:
-                at = self.along_branch(at, to)
-            if self.end is None and to < piece.end and at.topology is Topology.INTERVAL:
-                at = landed(at, piece.end)
-                self.add(at)
+            self.add(turned)
 
     def along_branch(self, at: BranchPoint, end: float) -> BranchPoint:
         """Add the states up to this one or to an event that ends the track, and return the last."""
@@ -404,51 +358,15 @@ class _Follower:
             self.snap(event)
         elif stopped.event is UNHELD:
             self.snap(_at_change(stopped.before, stopped.after))
-        elif self.until == "touch":
+        else:
             self.add(stopped.before)
             self.end = ENDS[stopped.event.name]
-        else:
-            raise SolveError(f"{stopped.event.name}: none of the known kinds of contact", parameter=self.lam)
         return states[-1]
 
     def snap(self, event: CriticalEvent) -> None:
         """End in a critical point."""
         self.events.append(event)
         self.end = End.SNAP
-
-    def to_nodes(self) -> None:
-        """The present state with its contact at nodes."""
-        assert isinstance(self.at, BranchPoint)
-        problem, point = on_nodes(self.at)
-        point = continuation.start(problem, point.q, self.lam, point.active, 1.0, NODAL_STEPS)
-        self.at = StripState(problem, point)
-
-    def may_return(self, problem: StripProblem, point: Point) -> bool:
-        """Whether contact coordinates may do again."""
-        lies = self.length - lift_off(problem.model, point) > SHORT
-        return lies and self.returns < MAX_RETURNS and problem.self_contact is None
-
-    def at_nodes(self, problem: StripProblem, point: Point, piece: Piece) -> None:
-        """Follow the branch with contact at nodes, as long as it is none of the known kinds."""
-        end = Event("end of the piece", lambda point, _: point.lam >= piece.end, located=never)
-        items = continuation.follow(problem, point, NODAL_STEPS, [LIMIT_AT_NODES, end])
-        next(items)
-        for item in items:
-            if isinstance(item, Point):
-                self.add(StripState(problem, item))
-                if self.may_return(problem, item):
-                    with suppress(SolveError):
-                        self.at = from_nodes(self.mesh, problem, item)
-                        self.returns += 1
-                        return
-            elif item.event is end:
-                self.add(StripState(problem, continuation.step_to(problem, item.before, piece.end, NODAL_STEPS)))
-                return
-            elif item.before.lam < piece.end:
-                self.add(StripState(problem, item.before))
-                found = critical.locate(problem, item.before, item.after, LAMBDA_TOLERANCE, NODAL_STEPS)
-                self.snap(CriticalEvent(found.lam, found, self.at))
-                return
 
 
 def _at_change(before: BranchPoint, after: BranchPoint) -> CriticalEvent:
@@ -483,14 +401,14 @@ def lands(at: BranchPoint, lam: float) -> bool:
 
 def landed(at: BranchPoint, lam: float) -> BranchPoint:
     """The state with the gripper on the floor, from one just above it with an upper layer that lies."""
-    return _moved(at, at.contact[1:], Topology.FOLDED, lam)
+    return _moved(at, at.contact[1:], FOLDED, lam)
 
 
 def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
     """The state with the gripper just above the floor, from one with the gripper on it."""
     height = float(at.problem.motion.values(lam)[-1])
     beside = min((24.0 * height) ** 0.25, 0.5 * float(at.contact[0]))
-    return _moved(at, np.concatenate([[beside], at.contact]), Topology.INTERVAL, lam)
+    return _moved(at, np.concatenate([[beside], at.contact]), INTERVAL, lam)
 
 
 def _moved(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:

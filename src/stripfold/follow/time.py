@@ -17,13 +17,13 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.percent import Percent
+from stripfold.base.phases import SLOW
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
 from stripfold.follow.fall import to_rest
 from stripfold.follow.memory import STEP, effects_of, load, with_effects
-from stripfold.follow.phases import SLOW
 from stripfold.follow.statics import FIRST, StripModel, lift, start_along_x
 from stripfold.follow.track import End, StripState, Track
 from stripfold.paths.curve import GripperPath
@@ -215,7 +215,7 @@ def set_in_motion(before: BranchPoint, at: BranchPoint, speed: float, model: Mod
     """A static state on a fixed mesh, at the rate at which the strip moves from the state before to this one."""
     lam = at.point.lam
     held = at.problem.accepted(at.point.q).at(at.contact)
-    problem = StripProblem(model, at.problem.motion, held.on(model))
+    problem = StripProblem(model, at.problem.motion, tuple(effect.on(held.model, model) for effect in held.effects))
     lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s >= at.contact[-1], 1])]
     q, q_before = (state.model.resampled(state.u, model.s) for state in (at, before))
     state = newton.solve(problem, q, lam, lies, options=ROBUST_NEWTON)

@@ -18,10 +18,10 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
+from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.follow.contact import lies_apart, lift_off, touch_position, touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_events import TOUCH_TOLERANCE
-from stripfold.follow.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.paths.rpath import HalfFold
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.dynamics import TimeState
@@ -70,6 +70,7 @@ class End(StrEnum):
     LIFTED = "lifted"
     DOWN = "down"
     REST = "rest"
+    LAYERS = "layers"
     PATH = "end of the path"
 
     @property
@@ -81,6 +82,7 @@ class End(StrEnum):
             End.LIFTED: "the whole strip leaves the floor before lambda has a maximum: the strip is too short",
             End.DOWN: "the second gripper is down on the lower layer",
             End.REST: "the strip is at rest",
+            End.LAYERS: "layers meet above the floor",
             End.PATH: "the path ends",
         }[self]
 
@@ -137,8 +139,6 @@ class Track:
     failure
         Why the strip could not be followed past the last of the events, where it should have been.  All that was found
         before holds.
-    nodal
-        Why the contact was found node by node in some static states; else empty.
     """
 
     points: tuple[BranchPoint | StripState, ...]
@@ -148,7 +148,6 @@ class Track:
     events: tuple[CriticalEvent, ...] = ()
     beyond: tuple[BranchPoint, ...] = ()
     failure: SolveError | None = None
-    nodal: str = ""
 
     def then(self, other: Track) -> Track:
         """Join a track that goes on from the end of this one."""
@@ -163,7 +162,6 @@ class Track:
             (*self.events, *other.events),
             other.beyond,
             other.failure,
-            self.nodal or other.nodal,
         )
 
     def complete(self) -> Track:
@@ -235,8 +233,8 @@ class Track:
 
     @property
     def contact(self) -> str:
-        """Whether the contact was found by its coordinates in all states but falls, or node by node in some."""
-        return NODAL if self.nodal or SLOW in self.phases else MOVING
+        """Whether the contact was found by its coordinates in all states but falls, or in a slow motion at nodes."""
+        return NODAL if SLOW in self.phases else MOVING
 
     @property
     def critical(self) -> CriticalPoint | None:

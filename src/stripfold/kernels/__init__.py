@@ -7,29 +7,33 @@ reference, are in ``tests/oracles/kernels.py``.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
+
+from stripfold.base.errors import MissingExtraError
 
 if TYPE_CHECKING:
     from stripfold.kernels import band as band
     from stripfold.kernels import bending as bending
     from stripfold.kernels import coverage as coverage
-    from stripfold.kernels import curves as curves
     from stripfold.kernels import elements as elements
-    from stripfold.kernels import lines as lines
-    from stripfold.kernels import marker as marker
-    from stripfold.kernels import sections as sections
     from stripfold.kernels import solid as solid
     from stripfold.kernels import step as step
 
-MODULES = ("band", "bending", "coverage", "curves", "elements", "lines", "marker", "sections", "solid", "step")
+MODULES = ("band", "bending", "coverage", "elements", "solid", "step")
+FILM = ("line_kernels",)
+"""Modules beside what they serve, in :mod:`stripfold.film`."""
 
 
 def load() -> None:
     """Load all modules, and compile those that are not in the cache: what is installed is complete after that."""
     for name in MODULES:
         import_module(f"{__name__}.{name}")
+    with suppress(MissingExtraError):
+        for name in FILM:
+            import_module(f"stripfold.film.{name}")
 
 
 def __getattr__(name: str) -> ModuleType:

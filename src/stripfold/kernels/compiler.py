@@ -52,7 +52,8 @@ def _folders() -> list[Path]:
 
 def _digest() -> str:
     """Of the sources of all kernels: a kernel contains the code of those that it calls."""
-    return sha256(b"".join(file.read_bytes() for file in sorted(PACKAGE.glob("*.py")))).hexdigest()
+    files = [*PACKAGE.glob("*.py"), *PACKAGE.parent.glob("film/*_kernels.py")]
+    return sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
 SOURCES = _digest()

@@ -79,12 +79,6 @@ class BandPattern:
         flat = np.bincount(self.position, element_matrices.ravel(), minlength=len(band.flat))
         return Band(np.asarray(flat, float), self.width)
 
-    def diagonal(self, values: Array) -> Band:
-        """A diagonal matrix in the same storage."""
-        band = Band.zeros(self.size, self.width)
-        band.columns[:, self.width] = values
-        return band
-
 
 @dataclass(frozen=True)
 class Band:
@@ -272,7 +266,7 @@ class Bordered:
     def _eliminated(self) -> tuple[Solve, Array, Array]:
         """The block's solver, its solutions for the columns, and the Schur complement."""
         solve = self.block.factor()
-        response = np.array([solve(column) for column in self.columns.T]).T
+        response = np.array([solve(column) for column in self.columns.T]).reshape(self.columns.shape[::-1]).T
         return solve, response, self.corner - self.rows @ response
 
     def factor(self) -> Solve:

@@ -16,10 +16,8 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.strip.directors import Directors
-from stripfold.strip.effect import Reaction
+from stripfold.strip.effect import Directors, ElementMoments, Reaction
 from stripfold.strip.model import Model
-from stripfold.strip.moments import ElementMoments
 
 
 class MomentCurvature:
@@ -96,7 +94,7 @@ class BendingLaw(ElementMoments):
     def stored(self, q: Array) -> float:
         """What the law adds to the elastic energy, rho_a g L*^2 per width; may be negative."""
         kappa = self.curvature(q)
-        return float(self.directors.length @ (self.law.energy(kappa) - 0.5 * kappa**2)) / self.directors.across
+        return float(self.directors.length @ (self.law.energy(kappa) - 0.5 * kappa**2))
 
     def _moment(self, curvature: Array) -> tuple[Array, Array]:
         return self.law.moment(curvature) - curvature, self.law.tangent(curvature) - 1.0

@@ -1,7 +1,8 @@
 """Meshes whose element ends move with the ends of the contact with the floor.
 
-Contact with the floor is a set of intervals of the strip; their ends are the contact coordinates.  Every element is a
-fixed share of the free or lying part that it belongs to, so that a contact coordinate is always an element's end.
+Contact with the floor is a list of intervals and points of the strip; their ends are the contact coordinates, which
+part the strip into free and lying parts.  Every element is a fixed share of its part, so that a contact coordinate is
+always an element's end.
 Lengths in L*, distances along the strip from the grasped end.
 """
 
@@ -9,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 
 import numpy as np
@@ -21,17 +21,12 @@ DRIFT, LYING_DRIFT = 1.25, 2.0
 """Ratio of the elements' lengths to those planned at which a mesh is planned anew, off the floor and on it."""
 
 
-class Topology(Enum):
-    """Where a strip lies, part by part from the grasped end: on the floor or not.
-
-    ``LYING`` has one contact coordinate, the lift-off; ``POINT`` a point of the sag that touches as well; ``INTERVAL``
-    the two ends of an upper layer that lies; ``FOLDED`` the end of an upper layer that lies from the grasped end on.
-    """
-
-    LYING = (False, True)
-    POINT = (False, False, True)
-    INTERVAL = (False, True, False, True)
-    FOLDED = (True, False, True)
+Topology = tuple[bool, ...]
+"""Which parts of a strip lie, from the grasped end on: between two free ones the strip touches in a point."""
+LYING, POINT = (False, True), (False, False, True)
+"""A strip with one lift-off; and one whose sag touches in a point as well."""
+INTERVAL, FOLDED = (False, True, False, True), (True, False, True)
+"""A strip with an upper layer that lies; and one whose upper layer lies from the grasped end on."""
 
 
 @dataclass(frozen=True)
@@ -109,9 +104,8 @@ class ContactMesh:
     ) -> ContactMesh:
         """Plan elements for contact coordinates near ``contact``; ``make`` is the strip with given ends of elements."""
         parts = _parts(contact, length)
-        on_floor = topology.value
         last = len(parts) - 1
-        shares = tuple(sizes.shares(float(part), on_floor[i], (i > 0, i < last)) for i, part in enumerate(parts))
+        shares = tuple(sizes.shares(float(part), topology[i], (i > 0, i < last)) for i, part in enumerate(parts))
         return cls(length, topology, contact, sizes, make, shares, make(_ends(*_places(shares), contact, length)))
 
     def replanned(self, contact: Array, topology: Topology | None = None) -> ContactMesh:
@@ -127,11 +121,8 @@ class ContactMesh:
         return _parts(contact, self.length)
 
     def growth(self, contact: Array) -> Array:
-        """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements).
-
-        The elements are those of the model: all those across the strip.
-        """
-        return np.take(self._sides / self.parts(contact), self._part_of_all, axis=1)
+        """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements)."""
+        return np.take(self._sides / self.parts(contact), self._places[0], axis=1)
 
     def weight(self, contact: Array) -> tuple[Array, Array]:
         """Weight of what is off the floor, which carries that of what lies, and its derivatives by the coordinates.
@@ -157,21 +148,15 @@ class ContactMesh:
 
         The latter are the moments on the rod's slopes: the derivative by the logarithm of the length is twice as large.
         """
-        model = self.model
-        weight, rate = model.element_weight, model.weight_rate
-        rows = np.where(self.topology.value, -1, np.arange(len(self.shares)))[self._part_of_all]
-        at = (rows[:, None] * model.size + model.element_unknowns)[rows >= 0].ravel()
-
-        def summed(of_elements: Array) -> Array:
-            flat = np.bincount(at, of_elements[rows >= 0].ravel(), len(self.shares) * model.size)
-            return flat.reshape(len(self.shares), -1).astype(float)
-
-        return summed(2.0 * weight - rate), summed(rate - weight)
+        model, is_free = self.model, ~np.array(self.topology)[:, None]
+        parts = np.where(is_free & (self._places[0] == np.arange(len(self.shares))[:, None]), 1.0, 0.0)
+        weight, rate = (np.stack([get(part) for part in parts]) for get in (model.weighted, model.weighted_rate))
+        return 2.0 * weight - rate, rate - weight
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
         ratio = self._ratio(contact)
-        allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
+        allowed = np.where(self.topology, LYING_DRIFT, DRIFT)
         return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
 
     @cached_property
@@ -185,10 +170,10 @@ class ContactMesh:
         return np.eye(count, count + 1) - np.eye(count, count + 1, 1)
 
     @cached_property
-    def _part_of_all(self) -> Index:
-        part = self._places[0]
-        # Elements across the strip are neighbours in the numbering.
-        return np.repeat(part, len(self.model.element_unknowns) // len(part))
+    def points(self) -> Mask:
+        """Which contact coordinates are points between two free parts."""
+        lies = np.array(self.topology)
+        return np.asarray(~lies[:-1] & ~lies[1:])
 
     @cached_property
     def elements_at(self) -> Index:
@@ -198,7 +183,7 @@ class ContactMesh:
     @cached_property
     def on_floor(self) -> Mask:
         """Whether each element lies, shape (n_elements,)."""
-        return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology.value, strict=True)])
+        return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology, strict=True)])
 
 
 def _parts(contact: Array, length: float) -> Array:

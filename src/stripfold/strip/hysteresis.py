@@ -14,10 +14,8 @@ import numpy as np
 from stripfold import kernels
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.strip.directors import Directors
-from stripfold.strip.effect import Reaction
+from stripfold.strip.effect import Directors, ElementMoments, Reaction
 from stripfold.strip.model import Model
-from stripfold.strip.moments import ElementMoments
 
 if TYPE_CHECKING:
     from stripfold.kernels.bending import Springs
@@ -53,7 +51,7 @@ class Hysteresis(ElementMoments):
         Energy dissipated in all committed steps, rho_a g L*^2 per width.
     cells
         Of friction that has been on other elements: ends of fixed cells along the strip, L*, and the integral of
-        kappa_p up to them, shape (n_cells + 1, across).
+        kappa_p up to them, shape (n_cells + 1,).
     sticks_up_to
         Share of kappa_y up to which the tangent is that of sticking.
     held
@@ -94,11 +92,6 @@ class Hysteresis(ElementMoments):
         """Stiffness of the spring, M_0 / kappa_y, in units of the bending stiffness rho_a g L*^3."""
         return self.moment / self.yield_curvature
 
-    @property
-    def _fraction(self) -> float:
-        """Share of an element in its section's friction: one half with two elements across."""
-        return 1.0 / self.directors.across
-
     def moments(self, q: Array) -> Array:
         """The friction moment m at each element's section, rho_a g L*^2, shape (n_elements,)."""
         return self.stiffness * self._spring(self.curvature(q))
@@ -130,33 +123,31 @@ class Hysteresis(ElementMoments):
 
         Together with the change of the elements' lengths it is the derivative of ``slip``.
         """
-        ends, across = self.model.ends, self.directors.across
-        cells, integral = self._in_cells
+        ends, (cells, integral) = self.model.ends, self._in_cells
         size = np.diff(ends)
-        moves = np.concatenate([np.zeros((len(growth), 1)), np.cumsum(growth[:, ::across] * size, axis=1)], axis=1)
+        moves = np.concatenate([np.zeros((len(growth), 1)), np.cumsum(growth * size, axis=1)], axis=1)
         cell = np.clip(np.searchsorted(cells, ends, side="right") - 1, 0, len(cells) - 2)
-        at_ends = (integral[cell + 1] - integral[cell]) / (cells[cell + 1] - cells[cell])[:, None]
-        taken = np.diff(moves[:, :, None] * at_ends, axis=1) / size[:, None]
-        return np.asarray(taken.reshape(len(growth), -1))
+        at_ends = (integral[cell + 1] - integral[cell]) / (cells[cell + 1] - cells[cell])
+        return np.asarray(np.diff(moves * at_ends, axis=1) / size)
 
     @property
     def springs(self) -> Springs:
         """The springs, for a compiled time step."""
         d, limit = self.directors, self.yield_curvature
-        limits = np.array([self._fraction * self.stiffness, limit, limit * self.sticks_up_to])
+        limits = np.array([self.stiffness, limit, limit * self.sticks_up_to])
         return kernels.bending.Springs(d.unknowns, d.factor, d.straight, d.length, self.slip, limits)
 
     def stored(self, q: Array) -> float:
         """Elastic energy of the springs, rho_a g L*^2 per width."""
         spring = self._spring(self.curvature(q))
-        return 0.5 * self._fraction * self.stiffness * float(self.directors.length @ spring**2)
+        return 0.5 * self.stiffness * float(self.directors.length @ spring**2)
 
     def dissipation(self, q: Array) -> float:
         """Energy dissipated by a step to ``q``; exact unless an element turns back within the step."""
         return self._dissipation(self._slip_at(q))
 
     def _dissipation(self, slip: Array) -> float:
-        return self._fraction * self.moment * float(self.directors.length @ np.abs(slip - self.slip))
+        return self.moment * float(self.directors.length @ np.abs(slip - self.slip))
 
     def _slip_at(self, q: Array) -> Array:
         curvature = self.curvature(q)
@@ -167,19 +158,18 @@ class Hysteresis(ElementMoments):
 
         kappa_p is then kept in fixed cells as well, so that it does not spread when elements move back and forth.
         """
-        size = np.diff(model.ends)[:, None]
+        size = np.diff(model.ends)
         # Where there are as many elements only their lengths differ.
         alike = len(model.ends) == len(before.ends)
-        lengths = np.repeat(size, self.directors.across)
-        directors = replace(self.directors, length=lengths) if alike else model.directors
+        directors = replace(self.directors, length=size) if alike else model.directors
         if self.held is not None:
             return replace(self, model=model, directors=directors)
         cells, integral = self._in_cells
-        within = _between(cells, integral, model.ends)
+        within = np.diff(np.interp(model.ends, cells, integral))
         if alike:
             # What the cells do not resolve stays in its element: a state is the same on the elements it was found on.
             within += self._unresolved
-        return replace(self, model=model, slip=(within / size).ravel(), directors=directors, cells=(cells, integral))
+        return replace(self, model=model, slip=within / size, directors=directors, cells=(cells, integral))
 
     def carried_over(self, q: Array, model: Model) -> Self:
         """The friction in a state ``q`` on other elements: its moments, held until they are :meth:`let_go`.
@@ -187,8 +177,8 @@ class Hysteresis(ElementMoments):
         Curvatures on other elements differ from those in ``q``, by more than kappa_y where it is small.  With kappa_p
         kept springs would stick and slide in turn; with the moments kept the state stays in equilibrium.
         """
-        spring = integrals(self.model.ends, self._across(self._spring(self.curvature(q))), model.ends)
-        averaged = (np.diff(spring, axis=0) / np.diff(model.ends)[:, None]).ravel()
+        spring = integrals(self.model.ends, self._spring(self.curvature(q)), model.ends)
+        averaged = np.diff(spring) / np.diff(model.ends)
         held = np.clip(averaged, -self.yield_curvature, self.yield_curvature)
         lost = self.dissipated + self.dissipation(q)
         return replace(self, model=model, directors=model.directors, cells=None, held=held, dissipated=lost)
@@ -203,17 +193,13 @@ class Hysteresis(ElementMoments):
         if self.cells is not None:
             return self.cells
         cells = np.linspace(0.0, self.model.length, int(np.ceil(self.model.length / CELL)) + 1)
-        return cells, integrals(self.model.ends, self._across(self.slip), cells)
+        return cells, integrals(self.model.ends, self.slip, cells)
 
     @cached_property
     def _unresolved(self) -> Array:
-        """Integrals of kappa_p over the elements less those in the cells, shape (along, across)."""
+        """Integrals of kappa_p over the elements less those in the cells, shape (n_elements,)."""
         ends = self.model.ends
-        return self._across(self.slip) * np.diff(ends)[:, None] - _between(*self._in_cells, ends)
-
-    def _across(self, values: Array) -> Array:
-        """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
-        return values.reshape(-1, self.directors.across)
+        return self.slip * np.diff(ends) - np.diff(np.interp(ends, *self._in_cells))
 
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""
@@ -221,28 +207,23 @@ class Hysteresis(ElementMoments):
         if cells is not None:
             # Only the change is interpolated: where nothing slides nothing changes.
             ends, integral = cells
-            cells = ends, integral + integrals(self.model.ends, self._across(slip - self.slip), ends)
+            cells = ends, integral + integrals(self.model.ends, slip - self.slip, ends)
         return replace(self, slip=slip, dissipated=self.dissipated + self._dissipation(slip), cells=cells)
 
 
-def _between(cells: Array, integral: Array, ends: Array) -> Array:
-    """Integrals over elements of what is kept in cells, shape (n_elements, k)."""
-    return np.diff(np.stack([np.interp(ends, cells, column) for column in integral.T], axis=1), axis=0)
-
-
 def integrals(ends: Array, values: Array, at: Array) -> Array:
-    """Integrals up to the places ``at`` of a function with the averages ``values`` over elements, shape (len(at), k).
+    """Integrals up to the places ``at`` of a function with the averages ``values`` over elements, shape (len(at),).
 
     In each element between two ``ends`` the function is the parabola of that average whose values at its ends are
     interpolated between the middles of neighbours: third order.
     """
-    size = np.diff(ends)[:, None]
+    size = np.diff(ends)
     at_ends = np.concatenate(
         [values[:1], (size[1:] * values[:-1] + size[:-1] * values[1:]) / (size[1:] + size[:-1]), values[-1:]]
     )
-    integral = np.concatenate([np.zeros_like(values[:1]), np.cumsum(size * values, axis=0)])
+    integral = np.append(0.0, np.cumsum(size * values))
     e = np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(size) - 1)
-    t = (at - ends[e])[:, None] / size[e]
+    t = (at - ends[e]) / size[e]
     left, right = at_ends[e], at_ends[e + 1]
     inside = t * (left + t * (3.0 * values[e] - 2.0 * left - right + t * (left + right - 2.0 * values[e])))
     return np.asarray(integral[e] + size[e] * inside)

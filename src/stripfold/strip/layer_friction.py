@@ -18,7 +18,7 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band
 from stripfold.strip.effect import Effect, Reaction
 from stripfold.strip.hysteresis import STICK_TOLERANCE
-from stripfold.strip.model import Model
+from stripfold.strip.model import NONE, Model
 
 SPRING = 1e4
 """Stiffness of the springs, rho_a g per L* of displacement and of strip.
@@ -72,16 +72,14 @@ class LayerFriction(Effect):
         limit = self.mu * self.normal
         return np.clip(self.stiffness * (q[self.model.middle[:, 0]] - self.slack), -limit, limit)
 
-    def force(self, q: Array) -> Array:
-        force = np.zeros(self.model.size)
-        force[self.model.middle[:, 0]] = self.tractions(q)
-        return force
-
-    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
-        """The force and its derivative: the spring's stiffness where a node sticks."""
-        diagonal = np.zeros(self.model.size)
-        diagonal[self.model.middle[:, 0]] = self.stiffness * self.sticks(q)
-        return self.force(q), self.model.pattern.diagonal(diagonal)
+    def add(
+        self, q: Array, force: Array, tangent: Band | None = None, growth: Array = NONE, columns: Array = NONE
+    ) -> None:
+        """Add the springs' force, and its derivative: the stiffness where a node sticks."""
+        along = self.model.middle[:, 0]
+        force[along] += self.tractions(q)
+        if tangent is not None:
+            tangent.diagonal()[along] += self.stiffness * self.sticks(q)
 
     def sticks(self, q: Array) -> Mask:
         """Which nodes lie and do not slip, shape (nodes,)."""

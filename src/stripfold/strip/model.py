@@ -17,7 +17,7 @@ from stripfold.solve.linear import Band, BandPattern
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
-    from stripfold.strip.directors import Directors
+    from stripfold.strip.effect import Directors
 
 NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
 """Predicted stresses and growths of elements where there are none."""
@@ -43,15 +43,21 @@ class Model(ABC):
 
     length: float
     thickness: float
-    pattern: BandPattern
 
     if TYPE_CHECKING:  # fields of some models, which a property here would hide
+
+        @property
+        def pattern(self) -> BandPattern: ...
 
         @property
         def s(self) -> Array: ...
 
         @property
         def element_unknowns(self) -> Index: ...
+
+        @property
+        def ends(self) -> Array:
+            """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
 
     @property
     @abstractmethod
@@ -62,11 +68,6 @@ class Model(ABC):
     @abstractmethod
     def middle(self) -> Index:
         """Shape (columns, 2): unknowns that are the mid-surface's displacement, from the grasped to the held end."""
-
-    @property
-    @abstractmethod
-    def ends(self) -> Array:
-        """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
 
     @property
     @abstractmethod
@@ -127,11 +128,6 @@ class Model(ABC):
         """
 
     @property
-    def has_energy(self) -> bool:
-        """Whether the law has an energy, which a motion in time needs."""
-        return True
-
-    @property
     def stress_shape(self) -> tuple[int, ...]:
         """Shape of a predicted stress."""
         return self.elements.stiffness.shape
@@ -139,7 +135,18 @@ class Model(ABC):
     @cached_property
     def weight(self) -> Array:
         """Force of gravity with its sign turned, shape (size,)."""
-        return np.asarray(np.bincount(self.element_unknowns.ravel(), self.element_weight.ravel(), self.size), float)
+        return self.weighted(np.ones(len(self.ends) - 1))
+
+    def weighted(self, share: Array) -> Array:
+        """The weight where that of each element counts by a share, shape (n_elements,)."""
+        return self._summed(share[:, None] * self.element_weight)
+
+    def weighted_rate(self, share: Array) -> Array:
+        """Derivative of the weight where the logarithm of each element's length changes by a share."""
+        return self._summed(share[:, None] * self.weight_rate)
+
+    def _summed(self, of_elements: Array) -> Array:
+        return np.asarray(np.bincount(self.element_unknowns.ravel(), of_elements.ravel(), self.size), float)
 
     def mid_surface(self, q: Array) -> Array:
         """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
@@ -159,7 +166,7 @@ class Model(ABC):
         return float(np.sqrt((x * x + z * z).max()))
 
     def energy(self, q: Array) -> float:
-        """Elastic energy; nan for a law that has none."""
+        """Elastic energy."""
         return 0.5 * float(kernels.elements.distance(self.elements, np.zeros(self.size), _vector(q), False))
 
     def strain_distance(self, q0: Array, q1: Array) -> float:

@@ -2,8 +2,8 @@
 
 All that lies is held on the floor, and each contact coordinate (:mod:`.contact_mesh`) has an equation of its own.  At
 the end of an interval the floor's last reaction is zero: on the rod the moment, on the solid the force on the last
-node.  At a point contact the section is upright; the place of a second gripper stays the same.  Along a branch lambda
-is then a smooth function of the contact coordinates.
+node.  At a point the section is upright; the place of a second gripper, which parts the strip as a point does, stays
+the same.  Along a branch lambda is then a smooth function of the contact coordinates.
 Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, sections 4 and 5; docs/method.md.
 """
 
@@ -20,8 +20,8 @@ from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import NewtonError
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
-from stripfold.strip.contact_mesh import ContactMesh, Topology
-from stripfold.strip.effects import MovableEffect
+from stripfold.strip.contact_mesh import ContactMesh
+from stripfold.strip.effect import Effect
 from stripfold.strip.model import Model
 from stripfold.strip.problem import Motion, StripProblem, TwoGrippers
 
@@ -29,51 +29,10 @@ LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
 LARGEST_DISPLACEMENT = 0.3
 """Largest displacement of the mid-surface in an iteration, L*: what :class:`.NewtonOptions` limits."""
+DISPLACEMENTS = 1e-4
+"""Weight of the mid-surface's displacements in the length of a step, per length of strip."""
 KEPT_MESHES = 3
 """Meshes kept: those of the last states."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Mesh:
-    """The strip with one value of the contact coordinates."""
-
-    mesh: ContactMesh
-    contact: Array
-    motion: Motion
-    remembered: tuple[Model | None, tuple[MovableEffect, ...]]
-
-    @cached_property
-    def model(self) -> Model:
-        return self.mesh.at(self.contact)
-
-    @cached_property
-    def effects(self) -> tuple[MovableEffect, ...]:
-        """The effects on these elements."""
-        model, effects = self.remembered
-        return effects if model is None else tuple(effect.on(model, self.model) for effect in effects)
-
-    @cached_property
-    def growth(self) -> Array:
-        """Of the elements: see :meth:`.ContactMesh.growth`."""
-        return self.mesh.growth(self.contact)
-
-    @cached_property
-    def weight(self) -> tuple[Array, Array]:
-        """See :meth:`.ContactMesh.weight`."""
-        return self.mesh.weight(self.contact)
-
-    @cached_property
-    def problem(self) -> StripProblem:
-        """The same strip with contact at its nodes."""
-        return StripProblem(self.model, self.motion, self.effects)
-
-    def on(self, model: Model) -> tuple[MovableEffect, ...]:
-        """The effects on other elements of the same strip."""
-        return tuple(effect.on(self.model, model) for effect in self.effects)
-
-    def carried_over(self, u: Array, model: Model) -> tuple[MovableEffect, ...]:
-        """The effects in a state on other elements of the same strip, with held moments."""
-        return tuple(effect.carried_over(u, model) for effect in self.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +44,9 @@ class MovingContact:
 
     mesh: ContactMesh
     motion: Motion
-    effects: tuple[MovableEffect, ...] = ()
+    effects: tuple[Effect, ...] = ()
     remembered: Array | None = None
-    _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
+    _meshes: OrderedDict[bytes, StripProblem] = field(init=False, repr=False, default_factory=OrderedDict)
     _linearised: dict[bytes, tuple[Array, Bordered]] = field(init=False, repr=False, default_factory=dict)
     """Of the last state, without a predicted stress."""
 
@@ -107,14 +66,9 @@ class MovingContact:
         right = np.minimum(column // per_element, last)
         left = np.maximum((column - 1) // per_element, 0)
         lies = self.mesh.on_floor[left] | self.mesh.on_floor[right]
-        if self._at_point:
-            lies[self.columns[0]] = True
-        held = model.middle[lies, 1]
-        if model.slopes is None:
-            return held
-        if self._at_point:
-            lies[self.columns[0]] = False
-        return np.concatenate([held, model.slopes[lies]])
+        held = np.union1d(np.flatnonzero(lies), self.columns[self.points])
+        slopes = np.empty(0, dtype=np.int64) if model.slopes is None else model.slopes[lies]
+        return np.concatenate([model.middle[held, 1], slopes])
 
     @cached_property
     def columns(self) -> Index:
@@ -129,48 +83,56 @@ class MovingContact:
 
     @cached_property
     def _released(self) -> Index:
-        """For each contact coordinate the unknown whose reaction vanishes; that of a point contact is not used."""
+        """For each contact coordinate the unknown whose reaction vanishes; that of a point is not used."""
         model = self.mesh.model
         return np.asarray((model.middle[:, 1] if model.slopes is None else model.slopes)[self.columns])
 
-    @property
-    def _at_point(self) -> bool:
-        """Whether the first contact coordinate is a point contact."""
-        return self.mesh.topology is Topology.POINT and not isinstance(self.motion, TwoGrippers)
+    @cached_property
+    def points(self) -> Index:
+        """Numbers of the contact coordinates at which the strip touches the floor in a point."""
+        return np.array([i for i in np.flatnonzero(self.mesh.points) if i != self.gripped], dtype=np.int64)
+
+    @cached_property
+    def gripped(self) -> int | None:
+        """Number of the contact coordinate at which a second gripper holds the strip; None without one."""
+        if not isinstance(self.motion, TwoGrippers):
+            return None
+        return int(np.argmin(np.abs(self.mesh.planned - self.motion.s)))
 
     @cached_property
     def _upright(self) -> Array:
-        """Linear function of the unknowns that vanishes where the section of a point contact is upright, (n,)."""
+        """Linear functions of the unknowns that vanish where the sections of points are upright, shape (points, n)."""
         model = self.mesh.model
-        row = np.zeros(model.size)
-        directors = model.directors
-        # Elements across the strip follow each other.
-        element = directors.across * int(self.mesh.elements_at[0])
-        unknowns, factor = directors.unknowns[element, 0], directors.factor[element, 0]
-        # Along the strip the tangent is (1, 0) plus the slopes; across it the director is (0, 1) plus theirs.
-        np.add.at(row, unknowns[:, 0 if model.slopes is None else 1], factor)
-        return row
+        rows = np.zeros((len(self.points), model.size))
+        if len(rows):
+            directors, elements = model.directors, self.mesh.elements_at[self.points]
+            # Along the strip the tangent is (1, 0) plus the slopes; across it the director is (0, 1) plus theirs.
+            unknowns = directors.unknowns[elements, 0, :, 0 if model.slopes is None else 1]
+            np.put_along_axis(rows, unknowns, directors.factor[elements, 0], axis=1)
+        return rows
 
-    def at(self, contact: Array) -> _Mesh:
-        """The strip with these contact coordinates."""
+    def at(self, contact: Array) -> StripProblem:
+        """The strip with these contact coordinates, its effects on these elements, with the floor as a bound."""
         key = contact.tobytes()
         if key not in self._meshes:
-            self._meshes[key] = _Mesh(self.mesh, contact.copy(), self.motion, self._remembered)
+            model, before, effects = self.mesh.at(contact), self._remembered, self.effects
+            if before is not None:
+                effects = tuple(effect.on(before, model) for effect in effects)
+            self._meshes[key] = StripProblem(model, self.motion, effects)
             if len(self._meshes) > KEPT_MESHES:
                 self._meshes.popitem(last=False)
         self._meshes.move_to_end(key)
         return self._meshes[key]
 
     @cached_property
-    def _remembered(self) -> tuple[Model | None, tuple[MovableEffect, ...]]:
-        """The strip on which the effects are, None for any, and the effects."""
-        return None if self.remembered is None else self.mesh.at(self.remembered), self.effects
+    def _remembered(self) -> Model | None:
+        """The strip on which the effects are; None for any."""
+        return None if self.remembered is None else self.mesh.at(self.remembered)
 
     def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
         """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""
         u, contact = q[: self.n], self.contact(q)
-        mesh = self.at(contact)
-        effects = tuple(effect.committed(u, mesh.problem.reaction) for effect in mesh.effects)
+        effects = self.at(contact).accepted(u).effects
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
 
     @property
@@ -183,7 +145,7 @@ class MovingContact:
         return replace(self, effects=effects) if effects else self
 
     def let_go(self, q: Array) -> MovingContact:
-        """The problem in a state ``q`` with moments that were held: see :meth:`.MovableEffect.carried_over`."""
+        """The problem in a state ``q`` with moments that were held: see :meth:`.Effect.carried_over`."""
         u, contact = q[: self.n], self.contact(q)
         effects = tuple(effect.let_go(u) for effect in self.at(contact).effects)
         return MovingContact(self.mesh, self.motion, effects, contact.copy())
@@ -207,9 +169,10 @@ class MovingContact:
 
     @cached_property
     def metric(self) -> Array:
-        """Steps are measured in lambda and the contact coordinates."""
-        metric = np.zeros(self.size)
-        metric[self.n :] = 1.0
+        """Steps are measured in lambda and the contact coordinates; where these stand still displacements count."""
+        model, metric = self.mesh.model, np.ones(self.size)
+        metric[: self.n] = 0.0
+        metric[model.middle] = DISPLACEMENTS * np.gradient(model.s)[:, None]
         return metric
 
     def contact(self, q: Array) -> Array:
@@ -223,31 +186,30 @@ class MovingContact:
     def _with_equations(self, q: Array, force: Array) -> Array:
         """The forces and the equations of the contact coordinates."""
         equations = force[self._released]
-        if self._at_point:
-            equations[0] = self._upright @ q[: self.n]
-        elif isinstance(self.motion, TwoGrippers):
-            equations[0] = q[self.n] - self.motion.s
+        equations[self.points] = self._upright @ q[: self.n]
+        if isinstance(self.motion, TwoGrippers):
+            equations[self.gripped] = q[self.n :][self.gripped] - self.motion.s
         return np.concatenate([force, self._sign * equations])
 
     def residual(self, q: Array, lam: float) -> Array:
-        u, mesh = q[: self.n], self.at(q[self.n :])
-        force = mesh.model.internal_force(u) + mesh.weight[0]
-        for effect in mesh.effects:
-            force = force + effect.force(u)
+        u, contact = q[: self.n], q[self.n :]
+        strip = self.at(contact)
+        force = strip.model.internal_force(u) + self.mesh.weight(contact)[0]
+        for effect in strip.effects:
+            effect.add(u, force)
         return self._with_equations(q, force)
 
     @cached_property
     def _sign(self) -> Array:
         """Signs of the equations for which their own coordinate's derivative is positive on a stable branch."""
-        lies_behind = np.where(self.mesh.topology.value[1:], 1.0, -1.0)
+        lies_behind = np.where(self.mesh.topology[1:], 1.0, -1.0)
         # A reaction force grows where more of the strip is taken for free; a moment falls at either end of an interval.
         # The section at a point turns with the slope on the rod, against it on the solid.
         is_rod = self.mesh.model.slopes is not None
         signs = np.where(is_rod, -1.0, lies_behind)
-        if self._at_point:
-            signs[0] = 1.0 if is_rod else -1.0
-        elif isinstance(self.motion, TwoGrippers):
-            signs[0] = 1.0
+        signs[self.points] = 1.0 if is_rod else -1.0
+        if self.gripped is not None:
+            signs[self.gripped] = 1.0
         return signs
 
     def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
@@ -264,17 +226,15 @@ class MovingContact:
 
     def _assembled(self, q: Array, predicted_stress: Array | None) -> tuple[Array, Bordered]:
         u, contact = q[: self.n], q[self.n :]
-        mesh = self.at(contact)
-        force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
-        weight, weight_columns = mesh.weight
+        strip, growth, (weight, weight_columns) = self.at(contact), self.mesh.growth(contact), self.mesh.weight(contact)
+        force, tangent, columns = strip.model.force_and_derivatives(u, growth, predicted_stress)
         force, columns = force + weight, columns + weight_columns
-        for effect in mesh.effects:
-            effect.add(u, mesh.growth, force, tangent, columns)
-        rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
-        if self._at_point:
-            rows[0], corner[0] = self._upright, 0.0
-        elif isinstance(self.motion, TwoGrippers):
-            rows[0], corner[0] = 0.0, (1.0, 0.0)
+        for effect in strip.effects:
+            effect.add(u, force, tangent, growth, columns.T)
+        rows, corner = np.array([tangent.row(j) for j in self._released]).reshape(-1, self.n), columns[self._released]
+        rows[self.points], corner[self.points] = self._upright, 0.0
+        if self.gripped is not None:
+            rows[self.gripped], corner[self.gripped] = 0.0, np.eye(len(corner))[self.gripped]
         sign = self._sign[:, None]
         return self._with_equations(q, force), Bordered(tangent, columns, sign * rows, sign * corner)
 
@@ -283,12 +243,11 @@ class MovingContact:
         u, contact, change = q[: self.n], q[self.n :], dq[self.n :]
         if self.mesh.parts(contact + change).min() <= 0.0:
             raise NewtonError("the step ends with a part of negative length", residuals=[])
-        mesh = self.at(contact)
-        return q + dq, mesh.model.predict_stress(u, dq[: self.n], change @ mesh.growth)
+        return q + dq, self.at(contact).model.predict_stress(u, dq[: self.n], change @ self.mesh.growth(contact))
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
-        shorter = -(dq[self.n :] @ self.at(self.contact(q)).growth).min()
+        shorter = -(dq[self.n :] @ self.mesh.growth(self.contact(q))).min()
         most = float(shorter) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
         return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
 
@@ -309,7 +268,7 @@ class MovingContact:
 
     def on_mesh(self, point: Point) -> tuple[StripProblem, Point]:
         """A state as one of the model at its contact coordinates: what it solves, and the point."""
-        problem = self.at(self.contact(point.q)).problem
+        problem = self.at(self.contact(point.q))
         u = point.q[: self.n]
         floor = np.intersect1d(self.prescribed, problem.bounded)
         state = Equilibrium(u, point.lam, floor, point.state.residuals, problem.residual(u, point.lam))

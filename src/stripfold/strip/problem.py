@@ -7,7 +7,8 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,8 +23,6 @@ from stripfold.strip.model import Model
 from stripfold.strip.self_contact import SelfContact
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
-
     from stripfold.kernels.bending import Springs
     from stripfold.kernels.elements import Elements
 
@@ -129,22 +128,25 @@ class StripProblem(FixedUnknowns):
     motion: Motion
     effects: tuple[Effect, ...] = ()
     self_contact: SelfContact | None = None
-    prescribed: Index = field(init=False)
-    bounded: Index = field(init=False)
-    lower: Array = field(init=False)
-    metric: Array = field(init=False)
 
-    def __post_init__(self) -> None:
-        middle = self.model.middle
-        set_ = object.__setattr__
-        set_(self, "prescribed", np.concatenate([self.motion.grasped(self.model), middle[-1]]))
-        candidates = np.setdiff1d(middle[:, 1], self.prescribed)
-        set_(self, "bounded", candidates)
-        set_(self, "lower", np.zeros(len(candidates)))
-        metric = np.zeros(self.model.size)
-        # Mid-surface displacement, integrated over the strip, per typical free length of four L*.
-        metric[middle[:, 0]] = metric[middle[:, 1]] = np.gradient(self.model.s) / 4.0
-        set_(self, "metric", metric)
+    @cached_property
+    def prescribed(self) -> Index:
+        return np.concatenate([self.motion.grasped(self.model), self.model.middle[-1]])
+
+    @cached_property
+    def bounded(self) -> Index:
+        return np.setdiff1d(self.model.middle[:, 1], self.prescribed)
+
+    @cached_property
+    def lower(self) -> Array:
+        return np.zeros(len(self.bounded))
+
+    @cached_property
+    def metric(self) -> Array:
+        """Mid-surface displacement, integrated over the strip, per typical free length of four L*."""
+        metric = np.zeros(self.size)
+        metric[self.model.middle] = np.gradient(self.model.s)[:, None] / 4.0
+        return metric
 
     @property
     def size(self) -> int:
@@ -157,20 +159,34 @@ class StripProblem(FixedUnknowns):
     def residual(self, q: Array, lam: float) -> Array:
         force = self.model.internal_force(q) + self.model.weight
         for effect in self.effects:
-            force = force + effect.force(q)
-        touching = self.self_contact.at(q) if self.self_contact else None
+            effect.add(q, force)
+        touching = self.self_contact.over_step(q, q) if self.self_contact else None
         return force if touching is None else force + touching[0]
 
     def linearise(
         self, q: Array, lam: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band | Sparse, Array]:
         force, tangent = self.model.force_and_tangent(q, predicted_stress)
-        force = force + self.model.weight
+        return *self._with_others(q, q, force, tangent), np.zeros(self.size)
+
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band | Sparse]:
+        if any(effect.step_dependent for effect in self.effects):
+            raise ValueError("motion in time needs effects that do not depend on the step size")
+        return self._with_others(q0, q1, *self.model.force_over_step(q0, q1, kappa, predicted_stress))
+
+    def _with_others(self, q0: Array, q1: Array, force: Array, tangent: Band) -> tuple[Array, Band | Sparse]:
+        """Add weight, effects and layers that touch.
+
+        Effects by their force at the end of the step: a state at rest is an equilibrium, and the work is never too
+        small.
+        """
+        force += self.model.weight
         for effect in self.effects:
-            more, stiffness = effect.force_and_tangent(q)
-            force, tangent = force + more, tangent + stiffness
-        touching = self.self_contact.at(q) if self.self_contact else None
-        return *_with(force, tangent, touching), np.zeros(self.size)
+            effect.add(q1, force, tangent)
+        touching = self.self_contact.over_step(q0, q1) if self.self_contact else None
+        return (force, tangent) if touching is None else (force + touching[0], Sparse(touching[1]) + tangent)
 
     def accepted(self, q: Array) -> StripProblem:
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
@@ -193,23 +209,8 @@ class StripProblem(FixedUnknowns):
     def admissibility(self, q: Array) -> str:
         return self.model.admissibility(q)
 
-    def force_over_step(
-        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
-    ) -> tuple[Array, Band | Sparse]:
-        force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
-        force = force + self.model.weight
-        for effect in self.effects:
-            if effect.step_dependent:
-                raise ValueError("motion in time needs effects that do not depend on the step size")
-            # The force at the end of the step: a state at rest is an equilibrium, and the work is never too small.
-            more, stiffness = effect.force_and_tangent(q1)
-            force, tangent = force + more, tangent + stiffness
-        return _with(force, tangent, self.self_contact.over_step(q0, q1) if self.self_contact else None)
-
     def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
         """The elements, friction in them and the weight if nothing else acts over a step: no layers in contact."""
-        if not self.model.has_energy:
-            return None
         springs = kernels.bending.NO_SPRINGS
         for effect in self.effects:
             if not isinstance(effect, Hysteresis) or springs is not kernels.bending.NO_SPRINGS:
@@ -234,10 +235,3 @@ class StripProblem(FixedUnknowns):
 
     def prescribed_rates(self, lam: float) -> Array:
         return np.concatenate([self.motion.rates(lam), np.zeros(2)])
-
-
-def _with(force: Array, tangent: Band, touching: tuple[Array, csc_matrix] | None) -> tuple[Array, Band | Sparse]:
-    """Force and tangent with those of layers that touch."""
-    if touching is None:
-        return force, tangent
-    return force + touching[0], Sparse(touching[1]) + tangent

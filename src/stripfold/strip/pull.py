@@ -13,15 +13,15 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band
-from stripfold.strip.effect import MovableEffect, Reaction
-from stripfold.strip.model import Model
+from stripfold.strip.effect import Effect, Reaction
+from stripfold.strip.model import NONE, Model
 
 MOVE = 1e-6
 """Of the difference by which the last state is differentiated along the strip, L*."""
 
 
 @dataclass(frozen=True, eq=False)
-class Pull(MovableEffect):
+class Pull(Effect):
     """Adds ``k_f M (q - q_prev)`` to the residual, M the mass matrix of the model.
 
     ``model``: the strip.  ``k_f``: force per displacement and mass, g/L*; >= 0.  ``q_prev``: the last accepted state,
@@ -39,23 +39,20 @@ class Pull(MovableEffect):
         if not 0.0 <= self.k_f < np.inf:
             raise InvalidInputError("k_f", self.k_f, "a finite number >= 0 (g/L*)")
 
-    def force(self, q: Array) -> Array:
-        """``k_f M (q - q_prev)``, shape (n,)."""
-        return self.k_f * (self.model.mass @ (q - self.q_prev))
-
-    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
-        """The force and ``k_f M``."""
-        return self.force(q), self.model.mass.scaled(self.k_f)
-
-    def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
+    def add(
+        self, q: Array, force: Array, tangent: Band | None = None, growth: Array = NONE, columns: Array = NONE
+    ) -> None:
+        """Add ``k_f M (q - q_prev)``, and its derivatives."""
         model, mass = self.model, self.model.mass
+        force += self.k_f * (mass @ (q - self.q_prev))
+        if tangent is not None:
+            tangent.add(mass, self.k_f)
+        if not len(growth):
+            return
         before, q_prev = self.before or (model, self.q_prev)
-        unknowns, per_end = model.element_unknowns, len(model.element_unknowns) // (len(model.ends) - 1)
-        stretched = model.mass_rate(q - self.q_prev)
-        force += self.force(q)
-        tangent.add(mass, self.k_f)
-        for share, column in zip(growth, columns.T, strict=True):
-            moves = np.append(0.0, np.cumsum(share[::per_end] * np.diff(model.ends)))
+        unknowns, stretched = model.element_unknowns, model.mass_rate(q - self.q_prev)
+        for share, column in zip(growth, columns, strict=True):
+            moves = np.append(0.0, np.cumsum(share * np.diff(model.ends)))
             change = MOVE * np.interp(model.s, model.ends, moves)
             ahead, back = before.resampled(q_prev, np.append(model.s + change, model.s - change)).reshape(2, -1)
             by_length = np.bincount(unknowns.ravel(), (share[:, None] * stretched).ravel(), model.size)

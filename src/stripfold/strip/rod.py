@@ -24,7 +24,7 @@ from stripfold import kernels
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.strip.directors import Directors
+from stripfold.strip.effect import Directors
 from stripfold.strip.model import Model
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ class Rod(Model):
     def directors(self) -> Directors:
         """The tangents at an element's ends."""
         unknowns = self.element_unknowns.reshape(-1, 2, 2, 2)[:, :, 1:].copy()
-        return Directors(unknowns, np.ones((len(unknowns), 2, 1)), np.array([1.0, 0.0]), np.diff(self.s), 1)
+        return Directors(unknowns, np.ones((len(unknowns), 2, 1)), np.array([1.0, 0.0]), np.diff(self.s))
 
     @cached_property
     def elements(self) -> Elements:

@@ -112,14 +112,10 @@ class SelfContact:
         return 0.5 * self.stiffness * float(self.weight @ np.sum(penetration**2, axis=1))
 
     def over_step(self, q0: Array, q1: Array) -> ForceAndTangent | None:
-        """Contribution to the residual over a step, shape (n,), and its derivative by ``q1``; None without contact."""
-        return self._force(q0, q1, over_step=True)
+        """Contribution to the residual over a step, shape (n,), and its derivative by ``q1``; None without contact.
 
-    def at(self, q: Array) -> ForceAndTangent | None:
-        """Gradient and Hessian of the energy in a state; None without contact."""
-        return self._force(q, q, over_step=False)
-
-    def _force(self, q0: Array, q1: Array, over_step: bool) -> ForceAndTangent | None:
+        Of a state, where both ends are the same array, gradient and Hessian of the energy.
+        """
         pairs = self._pairs_in_contact(q0, q1)
         if pairs is None:
             return None
@@ -135,7 +131,7 @@ class SelfContact:
         for k in range(6):
             x = x1.astype(complex)
             x[:, k] += 1j * COMPLEX_STEP
-            matrices[:, :, k] = factor * (pair_force(x0 if over_step else x, x, h).imag / COMPLEX_STEP)
+            matrices[:, :, k] = factor * (pair_force(x if q0 is q1 else x0, x, h).imag / COMPLEX_STEP)
         force = np.bincount(unknowns.ravel(), local.ravel(), minlength=n).astype(float)
         rows, columns = np.repeat(unknowns, 6, axis=1), np.tile(unknowns, (1, 6))
         from scipy.sparse import csc_matrix

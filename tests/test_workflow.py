@@ -1,0 +1,39 @@
+"""The workflow as its user meets it: a run that was ended midway goes on, and nothing half written is left."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stripfold.files import store
+
+ROOT = Path(__file__).resolve().parents[1]
+TARGET = "results/critical_points.nc"
+LINE = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile", "workflow/config/quick.yaml", "--"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_an_interrupted_run_goes_on(tmp_path: Path, number: signal.Signals) -> None:
+    clone = tmp_path / "clone"
+    subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
+    with subprocess.Popen(
+        [*LINE, TARGET], cwd=clone, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as run:
+        assert run.stderr is not None
+        assert any("rule x_axis" in line for line in run.stderr), "it ended before"
+        os.killpg(run.pid, number)
+        run.stderr.read()
+    assert run.returncode != 0
+    assert not (clone / TARGET).exists()
+    subprocess.run([*LINE[:-1], "--unlock"], cwd=clone, check=True, capture_output=True)
+    done = subprocess.run([*LINE[:-1], "--rerun-incomplete", "--", TARGET], cwd=clone, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    found = store.read(clone / TARGET)  # with its digest
+    assert int((found["snap"] == 1).sum()) >= 4
+    assert not [path for path in (clone / "results").rglob("*") if ".stripfold-" in path.name]

@@ -1,0 +1,174 @@
+"""What the camera sees: a ribbon with a sheen over a table and before a wall, its shadow, and the gripper's marker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from verification.films.second.camera import FINE, FULL, Array, Camera, Canvas, polygons, sheet
+
+CELLS, CELL = 8, 16
+"""Cells of the marker's card along its side with the white rim, and pixels of a cell."""
+PAPER, INK = 0.9, 0.07
+WALL = 0.3
+"""Distance of the wall behind the folding plane, m."""
+ROOM = np.random.default_rng(5).standard_normal((800, 100))
+"""Noise that the textures of table and wall are made of: calibrations and films are of one room."""
+STICKERS = 0.08
+"""Distance of the stickers in a row on the wall, m."""
+AMBIENT = 0.45
+"""Share of the light that comes from everywhere."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Looks of a scene; lengths in m, tones as shares of white.
+
+    ``lamp`` points to the lamp; the strip's front edge recedes by ``recede`` and its width shrinks by ``narrowing`` (a
+    share) from the gripper to the held end, and it is twisted by up to ``twist``, rad; ``hairs`` stick out of its edge.
+    """
+
+    strip: float
+    table: float
+    wall: float
+    lamp: tuple[float, float, float]
+    sheen: float
+    shadow: float
+    width: float
+    thickness: float
+    recede: float
+    narrowing: float
+    twist: float
+    hairs: int
+    marker: int
+    marker_size: float
+    offset: tuple[float, float]
+
+
+class Studio:
+    """Draws canvases of a scene for a camera; ``rng`` is for the strip."""
+
+    def __init__(self, camera: Camera, look: Look, rng: np.random.Generator) -> None:
+        self.camera, self.look = camera, look
+        self._lamp = np.array(look.lamp) / np.linalg.norm(look.lamp)
+        bits = cv2.aruco.generateImageMarker(
+            cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), look.marker, CELLS - 2
+        )
+        tones = np.where(np.pad(bits, 1, constant_values=255) > 0, PAPER, INK) * FULL * 0.9
+        self._card = np.kron(tones, np.ones((CELL, CELL))).astype(np.uint8)
+        self._hairs = rng.uniform([0.0, -1.2, 0.3], [1.0, 1.2, 1.0], (look.hairs, 3))
+        self._weave = 1.0 + 0.04 * rng.standard_normal(1000)
+
+    @cached_property
+    def _scenery(self) -> tuple[Canvas, Canvas]:
+        """The empty picture as a pinhole sees it, and where it shows the table (255)."""
+        rays, place, look = self.camera.ideal_rays(), self.camera.place, self.look
+        to_table, to_wall = -place[2] / np.minimum(rays[..., 2], -1e-9), (WALL - place[1]) / rays[..., 1]
+        table = to_table < to_wall
+        spot = place + rays * np.where(table, to_table, to_wall)[..., None]
+        # A table with a grain along x, a wall with soft blotches; textures of 1 mm and of 4 cm.
+        u = (spot[..., 0] * np.where(table, 60.0, 25.0) + 40.0).astype(np.float32)
+        v = (np.where(table, spot[..., 1] * 900.0, spot[..., 2] * 25.0) + 400.0).astype(np.float32)
+        texture = cv2.GaussianBlur(ROOM.astype(np.float32), (0, 0), 0.7)
+        rough = cv2.remap(texture, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
+        tone = np.where(table, look.table * self._lit(np.array([0.0, 0.0, 1.0])), look.wall * self._lit(-np.eye(3)[1]))
+        tone = tone * (1.0 + np.where(table, 0.05, 0.03) * rough) * (1.0 - 0.25 * spot[..., 0])
+        sticker = (np.mod(spot[..., 0] / STICKERS, 1.0) < 0.15) & (np.abs(spot[..., 2] - 0.11) < 0.008)
+        tone = tone * np.where(sticker & ~table, 0.6, 1.0)
+        return (FULL * np.clip(tone, 0.0, 1.2)).astype(np.uint8), (255 * table).astype(np.uint8)
+
+    def empty(self, shade: Canvas | None = None) -> Canvas:
+        """The canvas with table and wall, the table in a shade, 255 being full light, of the size of the picture."""
+        light, table = self._scenery
+        if shade is not None:
+            light = cv2.multiply(light, cv2.max(shade, 255 - table), scale=1.0 / 255.0)
+        return np.asarray(cv2.resize(light, None, fx=FINE, fy=FINE, interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
+
+    def board(self, columns: int, rows: int, square: float, right: Array, down: Array, middle: Array) -> Canvas:
+        """A chessboard of so many squares: its middle and the unit vectors along its axes have shape (3,)."""
+        y, x = np.mgrid[-1 : rows + 1, -1 : columns + 1]
+        inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+        tones = np.where(inside & ((x + y) % 2 == 0), INK, PAPER) * FULL * self._lit(np.cross(down, right))
+        texture = np.kron(tones, np.ones((48, 48))).astype(np.uint8)
+        size = square * np.array([columns + 2, rows + 2]) / 2.0
+        signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size
+        canvas = self.empty()
+        sheet(canvas, texture, self.camera.on_canvas(middle + signs @ np.stack([right, down])))
+        return canvas
+
+    def gripper(self, canvas: Canvas, end: Array) -> None:
+        """The finger, the arm and the marker's card of a gripper that holds the strip's end at x and z."""
+        x, z = end - np.array(self.look.offset)
+        half = CELLS / (CELLS - 2) * self.look.marker_size / 2.0
+        square = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
+        finger = np.array([[x, z], [x, z], end, end]) + square * [0.004, 0.002]
+        arm = np.array([x, z + 0.5]) + square * [0.3 * half, 0.5]
+        polygons(
+            canvas, self.camera.on_canvas(np.stack([_at(arm, 0.001), _at(finger, -0.001)])), np.array([100.0, 60.0])
+        )
+        sheet(canvas, self._card, self.camera.on_canvas(_at(np.array([x, z]) + half * square, 0.0)))
+
+    def frame(self, curve: Array, end: Array) -> Canvas:
+        """The strip along a curve, shape (n, 2), x and z from the gripped end, m, and its gripper at ``end``."""
+        look, n = self.look, len(curve)
+        share = np.linspace(0.0, 1.0, n)
+        along = np.gradient(curve, axis=0)
+        along /= np.hypot(*along.T)[:, None]
+        normal = np.column_stack([-along[:, 1], along[:, 0]])
+        width, front = look.width * (1.0 - look.narrowing * share), look.recede * share
+        thick = 0.5 * look.thickness * (1.0 + 0.3 * np.sin(40.0 * share))[:, None] * normal
+        turned = (width * np.tan(look.twist * np.sin(5.0 * share)))[:, None] * normal
+        near, far = _at(curve, front), _at(curve + turned, front + width)
+        canvas = self.empty(self._shadow(near[::2], far[::2]))
+        tone = FULL * look.strip * self._shade(curve, normal) * self._weave[:n]
+        edge = FULL * look.strip * self._lit(np.array([0.0, -1.0, 0.0])) * self._weave[-n:]
+        # The camera looks down: what is higher hides what is lower.
+        order = np.argsort(curve[:-1, 1] + curve[1:, 1])
+        polygons(canvas, self._pieces(near, far)[order], tone[order])
+        polygons(canvas, self._pieces(_at(curve + thick, front), _at(curve - thick, front)), edge)
+        where, lean, long = self._hairs.T
+        i = (where * (n - 1)).astype(int)
+        across = (np.sign(lean) * np.cos(lean))[:, None] * normal[i] + np.sin(lean)[:, None] * along[i]
+        roots, tips = (
+            np.rint(self.camera.on_canvas(_at(curve[i] + size[:, None] * across, front[i]))).astype(int).tolist()
+            for size in (0.0 * long, 0.003 * long)
+        )
+        for root, tip in zip(roots, tips, strict=True):
+            cv2.line(canvas, root, tip, (0.8 * float(edge[0]),), 1)
+        self.gripper(canvas, end)
+        return canvas
+
+    def _pieces(self, one: Array, other: Array) -> Array:
+        """The quadrilaterals between two lines of the world, on the canvas, shape (n - 1, 4, 2)."""
+        a, b = self.camera.on_canvas(one), self.camera.on_canvas(other)
+        return np.stack([a[:-1], a[1:], b[1:], b[:-1]], axis=1)
+
+    def _lit(self, normal: Array) -> float:
+        return AMBIENT + (1.0 - AMBIENT) * max(float(normal @ self._lamp), 0.0)
+
+    def _shade(self, curve: Array, normal: Array) -> Array:
+        """Lambert's law and a highlight on the side of the ribbon that faces the camera, shape (n,)."""
+        to_camera = self.camera.place - _at(curve, 0.0)
+        to_camera /= np.linalg.norm(to_camera, axis=1)[:, None]
+        facing = _at(normal, 0.0)
+        facing *= np.sign(np.sum(facing * to_camera, axis=1) + 1e-12)[:, None]
+        half = to_camera + self._lamp
+        half /= np.linalg.norm(half, axis=1)[:, None]
+        gloss = np.maximum(np.sum(facing * half, axis=1), 0.0) ** 24
+        return np.asarray(AMBIENT + (1.0 - AMBIENT) * np.maximum(facing @ self._lamp, 0.0) + self.look.sheen * gloss)
+
+    def _shadow(self, near: Array, far: Array) -> Canvas:
+        """The light on the table under the strip between two lines of the world, 255 being full."""
+        shade = np.full_like(self._scenery[0], 255)
+        cast = [line - line[:, 2:] / self._lamp[2] * self._lamp for line in (near, far)]
+        dark = np.full(len(near) - 1, 255.0 * (1.0 - self.look.shadow))
+        polygons(shade, self._pieces(*cast) / FINE, dark)
+        return np.asarray(cv2.GaussianBlur(shade, (0, 0), 1.5), dtype=np.uint8)
+
+
+def _at(curve: Array, y: Array | float) -> Array:
+    """Points x, z of a curve, shape (n, 2), in the world at depths y."""
+    return np.column_stack([curve[:, 0], np.broadcast_to(y, len(curve)), curve[:, 1]])
