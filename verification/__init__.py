@@ -17,7 +17,7 @@ CHAPTERS = {
     ),
     "Folding paths and friction": (
         "schemes modes lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics "
-        "fabric_laws layer_friction random_paths"
+        "fabric_laws layer_friction"
     ),
     "Recordings": (
         "calibration centrelines strip_looks camera_bump markerless eta_pictures recordings_accuracy video_benchmark"
