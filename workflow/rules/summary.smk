@@ -34,7 +34,6 @@ rule summary:
 TABLES = [
     "hard_cases",
     "accuracy",
-    "profiling",
     "effects",
     "peers",
     "low_paths",
