@@ -49,6 +49,7 @@ rule all:
         rules.plans.output,
         rules.film.output,
         rules.low_path_film.output,
+        rules.two_folds.output,
         rules.assessment.output,
         rules.friction_table.output,
         rules.recordings.output,

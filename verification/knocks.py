@@ -8,6 +8,7 @@ back.  On the rod; lengths in L*, energies per width in rho_a g L*^2.  Source: d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 

@@ -58,6 +58,23 @@ rule low_path_film:
         "../script.py"
 
 
+rule two_folds:
+    """A triangular and a low path side by side, as a moving picture."""
+    output:
+        in_report(f"{FIGURES}/two_folds.gif", "two_folds", CATEGORIES["low_paths"]),
+    log:
+        f"{LOGS}/two_folds.log",
+    benchmark:
+        f"{BENCHMARKS}/two_folds/all.tsv"
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **calls("tasks.folding:two_folds", material=MATERIALS[SHOWN], gravity=config["gravity"]),
+    script:
+        "../script.py"
+
+
 rule assessment:
     """Table of the folding paths of all materials."""
     input:
