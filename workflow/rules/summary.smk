@@ -42,7 +42,7 @@ TABLES = [
     "layer_friction",
     "friction_touch",
     "fabrics",
-    "textile_law",
+    "fabric_laws",
     "variants",
 ]
 

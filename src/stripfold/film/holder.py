@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
@@ -19,9 +20,10 @@ from scipy.special import ndtr
 
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import InvalidInputError
-from stripfold.film import boards
+from stripfold.film import boards, video
 from stripfold.film.boards import Refinement, refine
 from stripfold.film.camera import transform
+from stripfold.film.recording import Entries, MarkerEntry
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The corners in the pattern's own frame, in sides, in OpenCV's order."""
@@ -334,8 +336,8 @@ class Marker(Holder):
             places=np.stack(np.meshgrid(axis, axis)).reshape(2, -1),
             values=values.ravel(),
             slopes=slopes.reshape(2, -1),
-            gains=np.kron(gains, gains),
-            offsets=np.kron(offsets, offsets),
+            gains=np.asarray(np.kron(gains, gains), dtype=np.float64),
+            offsets=np.asarray(np.kron(offsets, offsets), dtype=np.float64),
             bends=np.stack([columns @ bend_u.T, bend_v @ rows]).reshape(2, -1),
             blur=blur,
             perspective=True,
@@ -426,3 +428,16 @@ class Template(Holder):
         away = self._size // 2
         found[max(row - away[1], 0) : row + away[1] + 1, max(column - away[0], 0) : column + away[0] + 1] = 0.0
         return best, float(found.max()) / best, np.array([column, row]) + 0.5 * (self._size - 1.0)
+
+
+def holder_of(folder: Path, entries: Entries) -> Holder:
+    """Prepare what is followed of the gripper, as it is found in pictures.
+
+    Raises InvalidInputError: no such marker, or a template that does not stand out in the film's first frame.
+    """
+    described = entries.gripper.holder
+    if isinstance(described, MarkerEntry):
+        return Marker(described.dictionary, described.id)
+    timestamps = None if entries.timestamps is None else folder / entries.timestamps
+    with video.read(folder / entries.video, timestamps) as film:
+        return Template(next(film).image, described.box)
