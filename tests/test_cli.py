@@ -8,11 +8,16 @@ import re
 import subprocess
 import sys
 import termios
+from importlib import metadata, util
+from pathlib import Path
 
 import pytest
 
 import stripfold
-from stripfold import kernels
+import stripfold as sf
+from stripfold import cli, kernels
+from stripfold.ask.strip import Strip
+from stripfold.base.percent import Percent
 from stripfold.cli import COMMANDS, main
 from stripfold.files import json_output
 
@@ -159,3 +164,108 @@ def test_all_commands_have_the_same_options(capsys, name):
     assert "--quiet" in said
     assert "--verbose" in said
     assert ("--json" in said) == (name not in ("completion", "new"))
+
+
+def test_all_is_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["numpy"] == {"state": metadata.version("numpy"), "fault": ""}
+    assert {"scipy", "scikit-fem", "extra vision", "small film", "compiled code", "small run"} <= found.keys()
+    assert not any(finding["fault"] for finding in found.values())
+
+
+def test_an_old_package_is_a_fault(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found = metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: "1.26.4" if name == "numpy" else found(name))
+    assert cli.main(["doctor"]) == 2
+    assert "1.26.4; too old" in capsys.readouterr().out
+
+
+def test_a_missing_extra_is_none(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found = util.find_spec
+    monkeypatch.setattr(util, "find_spec", lambda name: None if name == "cv2" else found(name))
+    assert cli.main(["doctor"]) == 0
+    assert 'pip install "stripfold[vision]"' in capsys.readouterr().out
+
+
+def test_a_film_that_cannot_be_read_is_a_fault(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where the decoder process ends with an error: by an option that a new version of PyAV no longer has."""
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    assert cli.main(["doctor"]) == 2
+    assert "small film       does not work" in capsys.readouterr().out
+
+
+def test_variables_of_other_programs_change_no_result(tmp_path: Path) -> None:
+    """One names a window system that is not there, the other switches the compiler off."""
+    variables = os.environ | {"MPLBACKEND": "nope", "NUMBA_DISABLE_JIT": "1"}
+    line = "critical --length 0.5 --eta-b 3780 --height 0.09 --model rod --accuracy 5e-3 --plot strip.png --json"
+    command = [sys.executable, "-m", "stripfold", *line.split()]
+    done = subprocess.run(command, cwd=tmp_path, env=variables, capture_output=True, text=True, check=True)
+    expected = Strip(length=0.5, eta_b=3780).critical(height=0.09, model="rod", accuracy=5e-3)
+    assert json.loads(done.stdout)["lambda_c"] == pytest.approx(expected.lambda_c, rel=1e-9)
+    assert done.stderr.count("NUMBA_DISABLE_JIT is set") == 1
+    assert (tmp_path / "strip.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [("stripfold as", "assess"), ("stripfold critical --hei", "--height"), ("stripfold completion b", "bash")],
+)
+def test_completion(words: str, completed: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["completion", "bash"]) == 0
+    script = tmp_path / "completion.sh"
+    script.write_text(capsys.readouterr().out)
+    line = f"source {script}; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _shtab_stripfold"
+    done = subprocess.run(["bash", "-c", line + '; echo "${COMPREPLY[@]}"'], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [completed]
+
+
+def percents(said: list[str], what: str) -> list[int]:
+    return [int(found[1]) for line in said if (found := re.fullmatch(rf"{what}: (\d+) %", line))]
+
+
+def test_each_per_cent_is_said_once():
+    said: list[str] = []
+    assert list(Percent(said.append, "drawn").each(range(1000), 1000)) == list(range(1000))
+    assert percents(said, "drawn") == list(range(100))
+
+
+def test_it_never_goes_back():
+    said: list[str] = []
+    told = Percent(said.append, "followed")
+    for share in (0.0, 0.29, 0.1, 0.58, 1.0):
+        told(share)
+    assert percents(said, "followed") == [0, 29, 58, 100]
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({}, "following the path"),
+        ({"friction_moment": 1e-3, "step": 0.02}, "following the path with friction"),
+        ({"layer_friction": 0.3}, "following the path in time"),
+    ],
+    ids=["statics", "friction", "in time"],
+)
+def test_an_assessment_says_how_far_it_is(options: dict[str, object], what: str):
+    strip, said = sf.Strip(length=0.3, eta_b=3780), list[str]()
+    strip.assess(sf.paths.low(strip, 0.036), model="rod", progress=said.append, **options)
+    found = percents(said, what)
+    assert len(found) > 5
+    assert found[0] <= 10
+    assert found[-1] == 100
+
+
+def test_so_do_a_map_and_a_sweep(tmp_path: Path):
+    said: list[str] = []
+    sf.Strip(length=0.3, eta_b=3780).map(progress=said.append)
+    assert percents(said, "eigenvalues")[0] == 0
+    from stripfold.ask import sweep
+
+    said.clear()
+    sweep.run(
+        {"length": 0.6, "model": "elastica", "eta_b": [3000, 4000], "height": 0.09}, tmp_path / "s.nc", 1, said.append
+    )
+    assert percents(said, "solved")[-1] == 100

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 import pytest
 
 from oracles.shooting import assert_equilibrium, shoot
 from stripfold import elastica
+from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
+from stripfold.elastica import _system as system
 from stripfold.elastica import fold
+from stripfold.elastica._chebyshev import grid
+from stripfold.elastica.state import State
 
 HEIGHTS = (0.3, 1.0, 1.6, 3.0, 10.0, 30.0)
 
@@ -241,3 +246,122 @@ class TestErrors:
         with pytest.raises(InvalidInputError, match=rf"^{key} = .* allowed: ") as caught:
             function()
         assert caught.value.key == key
+
+
+CONDITIONS = {
+    "lambda_0": (*system.gripper_at(2.0), system.fixed(system.FORCE_X, 0.0)),
+    "length": (*system.gripper_at(2.0), system.fixed(system.LENGTH, 4.0)),
+    "folded": (system.fixed(system.FORCE_X, 0.0), system.no_lift_off_moment, system.end_angle(np.pi)),
+}
+
+
+def residual(e, conditions):
+    return system.residual(e, [condition(e)[0] for condition in conditions])
+
+
+def jacobian(e, conditions):
+    return system.jacobian(e, [condition(e)[1] for condition in conditions])
+
+
+@pytest.mark.parametrize("conditions", CONDITIONS.values(), ids=CONDITIONS)
+def test_jacobian_is_the_derivative_of_the_residual(conditions):
+    rng = np.random.default_rng(7)
+    y = np.concatenate([rng.normal(size=24), [0.4, -1.3, 3.1]])
+    direction, h = rng.normal(size=27), 1e-5
+    sides = [residual(system.evaluate(y + d * direction), conditions) for d in (-h, h)]
+    slope = jacobian(system.evaluate(y), conditions) @ direction
+    # Row by row: the norm is dominated by the equilibrium rows and would hide a wrong side condition.
+    np.testing.assert_allclose((sides[1] - sides[0]) / (2 * h), slope, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("z", [0.3, 3.0, 30.0])
+def test_refined_grid_gives_the_same_state(z):
+    state = elastica.critical(z).state
+    conditions = (*system.gripper_at(z), system.fixed(system.LENGTH, state.length))
+    n = state.s.size
+    finer = State._from(system.newton(system.refine(state._unknowns(), n + n // 3), conditions))
+    s = np.linspace(0.0, state.length, 101)
+    np.testing.assert_allclose(finer.at(s).theta, state.at(s).theta, atol=1e-9)
+    np.testing.assert_allclose(finer.at(s).curvature, state.at(s).curvature, atol=1e-9)
+    assert finer.advance == pytest.approx(state.advance, abs=1e-9)
+    assert finer.force_x == pytest.approx(state.force_x, abs=1e-9)
+
+
+def test_too_few_nodes_are_detected():
+    state = elastica.critical(3.0).state
+    conditions = (*system.gripper_at(3.0), system.fixed(system.LENGTH, state.length))
+    coarse = system.newton(system.refine(state._unknowns(), 24), conditions)
+    assert abs(State._from(coarse).advance - state.advance) > 1e-9
+    assert coarse.tail > system.TOLERANCE
+    assert system.solve(coarse.y, conditions).grid.n > 48
+
+
+def test_newton_converges_quadratically():
+    state = elastica.state_at(3.0, 6.0)
+    conditions = (*system.gripper_at(3.0), system.fixed(system.LENGTH, 6.02))
+    y = state._unknowns()
+    solution = system.newton(y, conditions).y
+    y[system.LENGTH] = 6.02
+    errors = []
+    for _ in range(3):
+        errors.append(np.abs(system.angle_change(y - solution)).max())
+        e = system.evaluate(y)
+        y = y + system.solved(jacobian(e, conditions), -residual(e, conditions))
+    assert errors[0] > 1e-3
+    assert errors[2] < 10 * errors[1] ** 2 + 1e-13
+    assert errors[1] < 10 * errors[0] ** 2
+
+
+STEP = 0.02
+THIRD = np.array([1.0, -8.0, 13.0, 0.0, -13.0, 8.0, -1.0]) / (8.0 * STEP**3)
+"""Third derivative to fourth order, from seven places."""
+
+
+def lagrangian(shape: Array, z: float, advance: float) -> float:
+    """Energy of any angles and length with the gripper's forces as multipliers; stationary at an equilibrium."""
+    *theta, force_x, force_0, length = shape
+    g = grid(len(theta))
+    slope = np.linalg.lstsq(length * (g.integral - g.integral[0]), np.array(theta) - theta[0], rcond=None)[0]
+    x, rise = (length * g.integral @ f(theta) for f in (np.cos, np.sin))
+    energy = length * g.integral[-1] @ (0.5 * slope**2 + rise)
+    gaps = force_x * (x[-1] - length + advance) + (force_0 + length) * (rise[-1] - z)
+    return float(energy - gaps)
+
+
+@pytest.mark.parametrize("z", [2.0, 7.0])
+def test_coefficient_by_the_third_derivative_of_the_energy(z: float) -> None:
+    """The energy along the mode is c t^3 / 6 - d (lambda_c - lambda) t."""
+    found = elastica.bistable_range(z)
+    assert found is not None
+
+    def unknowns(length: float) -> Array:
+        state = elastica.state_at(z, length, found.critical)
+        return np.array([*state.theta, state.force_x, state.force_0, state.length])
+
+    length = found.critical.length
+    at, ahead, behind = (unknowns(length + ds) for ds in (0.0, 1e-3, -1e-3))
+    mode = (ahead - behind) / 2e-3
+    c = THIRD @ [lagrangian(at + k * STEP * mode, z, found.critical.advance) for k in range(-3, 4)]
+    d = mode[-3]
+    assert found.coefficient == pytest.approx(4.0 * np.sqrt(2.0) / 3.0 * abs(d) ** 1.5 / np.sqrt(abs(c)), rel=1e-5)
+
+
+def test_pairs_and_the_ends_of_the_range() -> None:
+    found = elastica.bistable_range(3.0)
+    assert found is not None
+    assert found.landing.clearance == pytest.approx(0.0, abs=1e-9)
+    top = found.critical.advance
+    for distance in (1e-6, 1e-3, found.width):
+        stable, unstable = found.pair(top - distance)
+        assert stable.length < found.critical.length < unstable.length
+        assert unstable.clearance > -1e-9
+        for state in (stable, unstable):
+            assert state.advance == pytest.approx(top - distance, abs=1e-10)
+            assert state.gripper[1] == pytest.approx(3.0, abs=1e-10)
+            assert state.first_integral_error < 1e-8
+        assert found.barrier(top - distance) == pytest.approx(found.coefficient * distance**1.5, rel=3e-4)
+    assert found.barrier(top) == 0.0
+    assert found.barrier(top - 1.01 * found.width) == inf
+    with pytest.raises(InvalidInputError, match="advance"):
+        found.pair(top)
+    assert elastica.bistable_range(1.2) is None
