@@ -26,7 +26,7 @@ from stripfold.elastica import _system as system
 from stripfold.elastica import critical_point
 from stripfold.elastica.state import State
 from stripfold.follow import contact_branch
-from stripfold.solve import compiled_step, continuation, dynamics, newton
+from stripfold.solve import continuation, dynamics, newton, schemes
 from stripfold.solve import critical as solve_critical
 from stripfold.solve.linear import Band
 from stripfold.strip.contact_mesh import ContactMesh
@@ -68,7 +68,7 @@ PARTS = (
     Part(elastica, "state_at", "elastica's state near it"),
     Part(prediction, "without_horizontal_force", "state without horizontal force"),
     Part(contact_branch, "clearance", "clearance of the sag"),
-    Part(compiled_step, "solve", "Newton of a time step"),
+    Part(schemes, "solve_compiled", "Newton of a time step"),
     Part(dynamics, "step", "time step"),
     Part(dynamics, "error_of", "error of a time step"),
 )
