@@ -38,7 +38,6 @@ from stripfold.follow.contact_events import LIFTED, lift_off_of_all, zero
 from stripfold.follow.statics import (
     FIRST,
     LAMBDA_TOLERANCE,
-    LIMIT,
     Until,
     landed,
     lands,
@@ -49,6 +48,7 @@ from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import Event
+from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
 from stripfold.strip.contact_mesh import INTERVAL
