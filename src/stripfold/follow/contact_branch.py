@@ -180,7 +180,8 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
 
     Each changes one interval or point: it opens, closes, flattens or is released, whatever the others are.
     """
-    topology, changes = problem.mesh.topology, {touch(problem): _touched}
+    topology = problem.mesh.topology
+    changes: dict[Event, Callable[[BranchPoint], BranchPoint]] = {touch(problem): _touched}
     for i in problem.points.tolist():
         released = zero("release of the sag", partial(_reaction, problem, i), TOUCH_TOLERANCE)
         changes[released] = partial(_changed_to, number=i, parts=(False,))

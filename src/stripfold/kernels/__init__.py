@@ -12,8 +12,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from stripfold.base.errors import MissingExtraError
-
 if TYPE_CHECKING:
     from stripfold.kernels import band as band
     from stripfold.kernels import bending as bending
@@ -29,6 +27,8 @@ FILM = ("line_kernels",)
 
 def load() -> None:
     """Load all modules, and compile those that are not in the cache: what is installed is complete after that."""
+    from stripfold.base.errors import MissingExtraError
+
     for name in MODULES:
         import_module(f"{__name__}.{name}")
     with suppress(MissingExtraError):

@@ -21,9 +21,12 @@ REPEATED = 1e-2
 """Relative change of the largest unbalanced force below which contacts that open and close in turn are cycling."""
 
 
-@compiled()
-def _next_active(active, force, gap, single):
-    """Release active contacts with a tensile force and add those that penetrate, in place."""
+@compiled(numba.void(mask, vector, vector, numba.boolean))
+def next_active(active, force, gap, single):
+    """Release active contacts with a tensile force and add those that penetrate, in place.
+
+    Many changes at once can cycle: ``single`` is for the worst of either kind only.
+    """
     worst_release = worst_add = -1
     for i in range(len(active)):
         if active[i] and force[i] < 0.0 and (worst_release < 0 or force[i] < force[worst_release]):
@@ -38,9 +41,14 @@ def _next_active(active, force, gap, single):
             active[i] = True
 
 
-@compiled()
-def _is_cycling(sets, worst, iteration):
-    """Whether one or two contacts have opened and closed in turn four times with the same forces."""
+@compiled(numba.boolean(numba.boolean[:, ::1], vector, numba.int64))
+def is_cycling(sets, worst, iteration):
+    """Whether one or two contacts have opened and closed in turn four times with the same forces.
+
+    This happens where no state exists, for example past a limit point.  ``sets``: which contacts were active in the
+    last iterations, shape (4, n), that of the present one in row ``iteration % 4``; ``worst``: largest unbalanced force
+    of each iteration.
+    """
     if iteration < 3:
         return False
     changed = 0
@@ -175,7 +183,7 @@ def solve(
                     converged = False
             if converged:
                 return CONVERGED, worst[: iteration + 1]
-            if _is_cycling(sets, worst, iteration):
+            if is_cycling(sets, worst, iteration):
                 return CYCLING, worst[: iteration + 1]
         # After an update the force comes first: it may show convergence, or that the last factors will do once more.
         reuse = False
@@ -217,6 +225,6 @@ def solve(
             q[i] += change[i]
         for i in range(len(bounded)):
             gap[i] = q[bounded[i]] - lower[i]
-        _next_active(active, reaction, gap, iteration >= SINGLE)
+        next_active(active, reaction, gap, iteration >= SINGLE)
         iteration, with_tangent = iteration + 1, False
     return TOO_MANY, worst

@@ -14,8 +14,8 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold import kernels
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import CrushedError, NewtonError, SolveError
 from stripfold.solve.linear import Matrix, Solve, solve_bordered
@@ -24,8 +24,6 @@ from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 EPS = float(np.finfo(float).eps)
 SETTLED = 1e-4
 """Change of an unknown by an iteration from which no stress is predicted: the next tangent is that of the state."""
-REPEATED = 1e-2
-"""Relative change of the largest unbalanced force over two iterations below which the active set is cycling."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +177,7 @@ def solve(
     bounded, lower = problem.bounded, problem.lower
     is_active = np.isin(bounded, active)
     history: list[float] = []
-    sets: list[NDArray[np.bool_]] = []
+    sets = np.zeros((4, len(bounded)), bool)
     for iteration in range(options.max_iterations):
         at = Linearised.at(problem, q, lam, bounded[is_active], predicted_stress)
         worst = at.unbalanced
@@ -197,8 +195,8 @@ def solve(
             if converged:
                 _check_solution(problem, guess, q, lam, options, history)
                 return Equilibrium(q, lam, bounded[is_active], tuple(history), at.force)
-        sets.append(is_active)
-        if _is_cycling(sets, history):
+        sets[iteration % 4] = is_active
+        if len(bounded) and kernels.step.is_cycling(sets, np.array(history), iteration):
             raise NewtonError(
                 f"active-set cycling: a contact opens and closes in turn, largest unbalanced force {worst:.1e}",
                 parameter=lam,
@@ -222,7 +220,8 @@ def solve(
         lam = lam + damping * dlam
         if len(bounded):
             predicted_force = (at.force + at.matrix @ dq + at.load_rate * dlam)[bounded]
-            is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
+            single = iteration >= kernels.step.SINGLE
+            kernels.step.next_active(is_active, predicted_force, q[bounded] - lower, single)
     raise NewtonError(
         f"Newton's method did not converge in {options.max_iterations} iterations: largest unbalanced force "
         f"{history[-1]:.1e}, allowed {options.force_tolerance:.1e}",
@@ -230,18 +229,6 @@ def solve(
         residuals=history,
         advice="take a smaller step or start nearer",
     )
-
-
-def _is_cycling(sets: list[NDArray[np.bool_]], history: list[float]) -> bool:
-    """Whether one or two contacts have opened and closed in turn four times with the same forces.
-
-    This happens where no state exists, for example past a limit point.  :func:`_next_active` breaks larger cycles.
-    """
-    if len(sets) < 4:
-        return False
-    *_, a, b, c, d = sets
-    turns = np.array_equal(a, c) and np.array_equal(b, d) and 0 < np.count_nonzero(a ^ b) <= 2
-    return bool(turns) and all(abs(history[-i] - history[-i - 2]) <= REPEATED * history[-i] for i in (1, 2))
 
 
 def _check_solution(
@@ -265,17 +252,3 @@ def rounding(k: Matrix, q: Array) -> Array:
     """Change of the forces due to the rounding of ``q``, shape (n,), given their derivative ``k``."""
     # The unknowns are added to lengths and directors of order one.
     return 8.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
-
-
-def _next_active(is_active: NDArray[np.bool_], force: Array, gap: Array, iteration: int) -> NDArray[np.bool_]:
-    """The active set of the next iteration."""
-    release = is_active & (force < 0.0)
-    add = ~is_active & (gap < 0.0)
-    if iteration >= 8:
-        # Many changes at once can cycle: from here on only the worst one.
-        for change, size in ((release, -force), (add, -gap)):
-            if np.count_nonzero(change) > 1:
-                worst = int(np.argmax(np.where(change, size, -np.inf)))
-                change[:] = False
-                change[worst] = True
-    return (is_active & ~release) | add

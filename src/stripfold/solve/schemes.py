@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.base.arrays import Array, Index
-from stripfold.solve import compiled_step, newton
+from stripfold.base.errors import CrushedError, NewtonError
+from stripfold.solve import newton
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem
@@ -20,6 +22,16 @@ from stripfold.solve.problem import Equilibrium, Problem
 if TYPE_CHECKING:
     from stripfold.kernels.bending import Springs
     from stripfold.kernels.elements import Elements
+
+
+REASONS = (
+    "",
+    "met a value that is not finite",
+    "found active-set cycling: a contact opens and closes in turn",
+    "",
+    "did not converge",
+)
+"""Why the compiled iteration ended, by its status."""
 
 
 class DynamicProblem(Problem, Protocol):
@@ -149,6 +161,64 @@ def solve_step(
     return newton.solve(implicit, guess, lam, active, options=o, predicted_stress=problem.predict_stress(q, guess - q))
 
 
+def solve_compiled(
+    problem: DynamicProblem,
+    begin: StepStart,
+    guess: Array,
+    lam: float,
+    inertia: float,
+    drag: float,
+    kappa: float,
+    options: NewtonOptions,
+) -> Equilibrium | None:
+    """Find the end of a step as :func:`solve_step` does, for a strip with its weight and internal friction.
+
+    None where the compiled code does not know the forces, or a matrix needs pivots.
+
+    Raises NewtonError: no convergence; CrushedError: the state found is inadmissible.
+    """
+    # That nothing else acts at its end is seen from the end found, not from the guess.
+    known = problem.elements_over_step(begin.q, begin.q)
+    if known is None:
+        return None
+    elements, springs, weight = known
+    step = kernels.step
+    q, force = guess.copy(), np.empty(len(guess))
+    active = np.zeros(len(problem.bounded), bool)
+    active[np.searchsorted(problem.bounded, begin.active)] = True
+    status, history = step.solve(
+        elements,
+        springs,
+        problem.mass.flat,
+        problem.mass.width,
+        weight,
+        begin.q,
+        begin.v,
+        q,
+        force,
+        problem.prescribed,
+        problem.prescribed_values(lam),
+        problem.bounded,
+        problem.lower,
+        active,
+        problem.metric > 0.0,
+        np.array([begin.dt, inertia, drag, kappa]),
+        np.array([options.force_tolerance, options.gap_tolerance, options.largest_step, options.max_iterations]),
+    )
+    if status == step.SINGULAR:
+        return None
+    residuals: dict[str, Any] = {"parameter": lam, "step": begin.dt, "residuals": list(history)}
+    if status != step.CONVERGED:
+        message = f"Newton's method {REASONS[status]} in {len(history)} iterations: {history[-1]:.1e}"
+        raise NewtonError(message, advice="take a smaller step", **residuals)
+    violation = problem.admissibility(q)
+    if violation:
+        raise CrushedError(violation, advice="take a smaller step or a thinner strip", **residuals)
+    if problem.elements_over_step(begin.q, q) is None:
+        return None
+    return Equilibrium(q, lam, problem.bounded[active], tuple(history), force)
+
+
 @dataclass(frozen=True, slots=True)
 class EnergyMomentum:
     """The energy-momentum method (Simo and Tarnow, 1992), with the velocity's dissipation of Armero and Romero (2001).
@@ -184,7 +254,7 @@ class EnergyMomentum:
 
         guess = begin.q + dt * begin.mean_v
         guess[problem.bounded] = np.maximum(guess[problem.bounded], problem.lower)
-        state = compiled_step.solve(problem, begin, guess, lam, inertia, drag, kappa, options)
+        state = solve_compiled(problem, begin, guess, lam, inertia, drag, kappa, options)
         if state is None:
             state = solve_step(problem, evaluate, begin.q, guess, lam, begin.active, options)
         moved = state.q - begin.q
