@@ -11,8 +11,7 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.ask.second_gripper import before_snap, hold
-from stripfold.ask.second_on_path import second_on_path
+from stripfold.ask.second_gripper import before_snap, hold, second_on_path
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force

@@ -13,7 +13,7 @@ from math import sqrt
 import xarray as xr
 
 from stripfold import paths
-from stripfold.ask.friction_needed import Followed, lost_with
+from stripfold.ask.friction import PlannedStrip, lost_with
 from stripfold.ask.inputs import PlanInputs
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
@@ -31,7 +31,7 @@ MOST = 2.0
 """Largest M_0 tried, rho_a g L*^2: beyond that of fabrics."""
 
 
-def least(strips: Sequence[Followed], yield_curvature: float | None) -> tuple[float, float]:
+def least(strips: Sequence[PlannedStrip], yield_curvature: float | None) -> tuple[float, float]:
     """The least M_0 found to suffice and the largest found not to, rho_a g L*^2 of the strip in the middle.
 
     Raises SolveError: a path could not be followed, or no M_0 suffices.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold import elastica
-from stripfold.ask.friction_boundary import LEAST_LYING
+from stripfold.ask.friction import LEAST_LYING
 from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError
 from stripfold.follow.contact_branch import BranchPoint, from_flat, solved

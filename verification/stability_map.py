@@ -13,7 +13,7 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
-from stripfold.ask.stability_boundary import stability_boundary
+from stripfold.ask.prediction import stability_boundary
 from stripfold.base.arrays import Array
 from stripfold.follow.statics import StripModel
 from stripfold.paths.low_path import low

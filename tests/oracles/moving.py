@@ -10,27 +10,8 @@ from scipy.integrate import solve_ivp
 from oracles.dense import Dense
 from oracles.motions import WithoutMemory
 from stripfold.base.arrays import Array, Index
-from stripfold.solve.problem import FixedUnknowns
 
 NONE = np.zeros(0, dtype=np.intp)
-
-
-class WithoutMemory(FixedUnknowns):
-    """The part of a problem in time that concerns a floor, effects with a memory and compiled code: none."""
-
-    bounded: Index = NONE
-    lower: Array = np.zeros(0)
-
-    def elements_over_step(self, q0: Array, q1: Array) -> None:
-        """None."""
-
-    def friction_work(self, q0: Array, q1: Array) -> float:
-        """Nothing."""
-        return 0.0
-
-    def accepted(self, q: Array) -> WithoutMemory:
-        """The same problem."""
-        return self
 
 
 @dataclass(frozen=True)
