@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.ask.friction_boundary import friction_boundary
+from stripfold.ask.friction import friction_boundary
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.files import store

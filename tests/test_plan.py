@@ -14,7 +14,7 @@ import stripfold as sf
 from assessing import assess_path
 from stripfold import elastica
 from stripfold.ask import plan as planner
-from stripfold.ask.friction_needed import lost_with
+from stripfold.ask.friction import lost_with
 from stripfold.ask.inputs import PlanInputs
 from stripfold.ask.map import gripper_map
 from stripfold.ask.plan import FoldingPlan

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from plots.friction_needed import MOMENT
 from plots.pieces import LENGTH_TITLE, note
 from stripfold import elastica, paths
-from stripfold.ask.friction_needed import bisected, estimate, lost_with
+from stripfold.ask.friction import bisected, estimate, lost_with
 from stripfold.ask.inputs import PlanInputs
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material

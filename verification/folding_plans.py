@@ -17,7 +17,7 @@ import xarray as xr
 
 from stripfold import elastica, paths
 from stripfold.ask.assess import PathAssessment, assess
-from stripfold.ask.friction_needed import SPARE
+from stripfold.ask.friction import SPARE
 from stripfold.ask.inputs import PathInputs, PlanInputs, Strip
 from stripfold.ask.plan import DELAY, Choice, choose
 from stripfold.ask.planned_motion import ACCURATE

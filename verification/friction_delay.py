@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from plots.friction_needed import MOMENT
 from plots.pieces import entry, look, note
 from stripfold import elastica
-from stripfold.ask.friction_boundary import LEAST_LYING
+from stripfold.ask.friction import LEAST_LYING
 from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError
 from stripfold.draw.colours import BLACK, FRICTION, GREY, SHADE

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from plots.pieces import PATH_LOOKS, PATH_STYLES, note
 from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
-from stripfold.ask.stability_boundary import stability_boundary
+from stripfold.ask.prediction import stability_boundary
 from stripfold.draw.colours import CRITICAL, GREEN, HANGING
 from stripfold.draw.stability_map import CURVES, draw_map
 from stripfold.draw.style import figure, legend_above, styled

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stripfold.ask.friction_needed import bisected
+from stripfold.ask.friction import bisected
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import PathInputs, Release
-from stripfold.ask.second_on_path import SecondOnPath, second_on_path
+from stripfold.ask.second_gripper import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array

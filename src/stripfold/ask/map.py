@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stripfold.ask.friction_boundary import HISTORY, MOST, FrictionBoundary, friction_boundary
+from stripfold.ask.friction import HISTORY, MOST, FrictionBoundary, friction_boundary
 from stripfold.ask.inputs import MapInputs
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError

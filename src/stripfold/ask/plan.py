@@ -17,7 +17,7 @@ import numpy as np
 
 from stripfold import elastica, paths
 from stripfold.ask.assess import PathAssessment, assess
-from stripfold.ask.friction_needed import REFINEMENT, SPARE, estimate, lost_with
+from stripfold.ask.friction import REFINEMENT, SPARE, estimate, lost_with
 from stripfold.ask.inputs import PathInputs, PlanInputs
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.planned_motion import ACCURATE, InTime, in_time

@@ -38,14 +38,9 @@ ACCURATE = 0.1
 class PlannedMotion:
     """How a strip with one eta_b moves along a planned path.
 
-    Attributes
-    ----------
-    deviation, x, z
-        Largest distance of the strip in time from its static state at the same place of the gripper, and that place, m.
-    kinetic
-        Largest kinetic energy, J per m of width.
-    shape_error
-        Distance of the strip at rest from the accurate fold, m.
+    ``deviation``, ``x``, ``z``: largest distance of the strip in time from its static state at the same place of the
+    gripper, and that place, m.  ``kinetic``: largest kinetic energy, J per m of width.  ``shape_error``: distance of
+    the strip at rest from the accurate fold, m.
     """
 
     deviation: float
@@ -59,12 +54,8 @@ class PlannedMotion:
 class InTime:
     """Planned motions that stay with the static states, and the one that deviates most.
 
-    Attributes
-    ----------
-    motions
-        With the least, the given and the largest eta_b.
-    worst
-        Index of the one with the largest deviation.
+    ``motions``: with the least, the given and the largest eta_b.  ``worst``: index of the one with the largest
+    deviation.
     """
 
     motions: tuple[PlannedMotion, ...]
@@ -80,16 +71,9 @@ def in_time(
 ) -> InTime | str:
     """Follow a path in time with the three eta_b, or say what happens with one of them instead.
 
-    Parameters
-    ----------
-    asked
-        The strips, their kappa_y, and speed and acceleration of the gripper.
-    curves, static
-        For each eta_b the path and the static states on it, L*.
-    moment
-        M_0 of the bending hysteresis, N; 0 for none.
-    progress
-        Called with a line on how much is done.
+    ``asked``: the strips, their kappa_y, and speed and acceleration of the gripper.  ``curves``, ``static``: for each
+    eta_b the path and the static states on it, L*.  ``moment``: M_0 of the bending hysteresis, N; 0 for none.
+    ``progress``: called with a line on how much is done.
     """
     say = progress or (lambda _: None)
     found: list[PlannedMotion] = []

@@ -1,10 +1,16 @@
-"""The end of the gripper's advance from where the elastica predicts it: solved for, or followed to.  Lengths in L*."""
+"""The end of the gripper's advance from where the elastica predicts it: solved for, or followed to; and the boundary.
+
+The stability boundary is critical points continued in the gripper's height or in the strip.  Lengths in L*.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
+
+import numpy as np
 
 from stripfold import elastica
 from stripfold.base.errors import SolveError
@@ -134,3 +140,41 @@ def without_horizontal_force(strip: StripModel, prediction: ElasticaPrediction, 
     """lambda_0."""
     at = from_elastica(strip.contact_mesh(refinement), Lift(), prediction.height, prediction.first)
     return float(at.point.q[at.problem.mesh.model.middle[0, 0]])
+
+
+def stability_boundary(
+    strips: Iterable[tuple[StripModel, float]], refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
+) -> Iterator[Track]:
+    """The critical points of strips and heights along a curve, each solved for from the last, and checked.
+
+    The first, and each that is not found from the last, is solved for from the elastica's.
+
+    ``strips``: strip and height of the gripper, neighbours so near that one critical state is a guess of the next.
+    ``refinement``, ``tolerance``: factor on all element lengths, and width of the bracket of lambda_c.  Raises
+    SolveError: the boundary ends: the sag touches or the whole strip lifts before lambda has a maximum.
+    """
+    last: Snap | None = None
+    for strip, height in strips:
+        try:
+            found = _from(last, strip, height, refinement) if last else None
+            run = found.checked(tolerance) if found else None
+        except SolveError:
+            run = None
+        if found is None or run is None:
+            found = snap(strip, ElasticaPrediction.at(height), refinement)
+            run = found.checked(tolerance)
+        yield run
+        last = found
+
+
+def _from(last: Snap, strip: StripModel, height: float, refinement: float) -> Snap:
+    """The limit point near another strip's, on elements planned for that one's lift-off."""
+    q, n = last.limit.state.q, last.problem.n
+    contact = last.problem.contact(q)
+    mesh, before = strip.contact_mesh(refinement)(contact), last.problem.at(contact).model
+    problem = MovingContact(mesh, AlongX(height))
+    guess = np.append(before.resampled(q[:n], mesh.model.s), contact)
+    stress = before.resampled_stress(q[:n], mesh.model)
+    towards = Tangent(problem.metric, 0.0)
+    limit = critical.limit_point(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
+    return as_first(Snap(problem, limit))

@@ -1,8 +1,9 @@
 """A second gripper that keeps a strip from snapping: where to hold it, and what that gains.
 
-Shortly before the critical point a second gripper takes a point of the strip where it is, as a hinge, and both go on
-along x at the same distance from each other.  It holds the place in the strip that moves most in the critical mode.
-Lengths in L* but for those of :class:`SecondGripper`.  Source: docs/second-gripper.md.
+Shortly before the critical point a second gripper takes a point of the strip where it is, as a hinge, and both go on at
+the same distance from each other: along x, or on a path up to the touch of the sag.  It holds the place in the strip
+that moves most in the critical mode.  Lengths in L* but for those of :class:`SecondGripper`.  Source:
+docs/second-gripper.md.
 """
 
 from __future__ import annotations
@@ -18,20 +19,29 @@ from stripfold.ask.inputs import Scene
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
+from stripfold.base.material import Material
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import BranchPoint
-from stripfold.follow.statics import StripModel, branch, to_the_end
+from stripfold.follow.statics import StripModel, branch, follow, to_the_end
 from stripfold.follow.track import End, Track
+from stripfold.paths.curve import GripperPath
 from stripfold.solve.critical import CriticalPoint
 from stripfold.strip.contact_mesh import POINT
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, TwoGrippers
 
-BEFORE = 0.05
+TAKEN_BEFORE = 0.05
 """Distance before lambda_c at which the second gripper takes the strip, L*: 1 to 2 mm, which a robot can keep."""
 NEAREST = 0.01
 """Least distance of the second gripper from the first, and from where the strip lies, L*: less than 1 mm, and less than
 any gripper is wide.  A rod a hundred times as short is too stiff for the solver."""
+REASONS = {
+    End.SNAP: "the path has a critical point with two grippers, too: the strip snaps through",
+    End.TOUCH: "the sag touches the lower layer: it is laid down, no snap",
+    End.DOWN: "the second gripper is down on the lower layer: it has laid the strip down, no snap",
+    End.PATH: "the path ends",
+}
+"""What ends the part that is followed with two grippers, in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +96,7 @@ class Unheld:
         return float(self.nodes[np.argmax(np.linalg.norm(self.mode, axis=1))])
 
 
-def before_snap(strip: StripModel, height: float, before: float = BEFORE, refinement: float = 1.0) -> Unheld:
+def before_snap(strip: StripModel, height: float, before: float = TAKEN_BEFORE, refinement: float = 1.0) -> Unheld:
     """The state at a distance ``before`` lambda_c, and the critical mode.
 
     Raises SolveError: the strip does not snap at this height.
@@ -181,4 +191,60 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX
         reason=end.reason,
         end=unit * lam,
         gain=unit * (lam - unheld.lam),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondOnPath(SecondGripper):
+    """On a path: pseudo times where the strip is taken and where what was followed ends, and the first gripper there.
+
+    Lengths in m; the gain is a length of the path.
+    """
+
+    t: float
+    end_t: float
+    end_x: float
+    end_z: float
+
+
+def second_on_path(
+    material: Material, length: float, path: GripperPath, place: float | Literal["auto"]
+) -> SecondOnPath | None:
+    """Hold a strip that has a critical point on its path at a place, m, or at the one that the mode moves most.
+
+    On the rod, whatever the model asked for; ``path`` in L*, ``length`` in m.  None where there is no critical point.
+
+    Raises InvalidInputError: a place where the strip does not hang free; SolveError: the path could not be followed.
+    """
+    unit = material.gravity_length
+    strip = StripModel(length / unit, material.relative_thickness, kind="rod")
+    one = follow(strip.contact_mesh(), path, strip.length)
+    if one.critical is None:
+        return None
+    last, number = one.points[-1], one.pieces[-1]
+    if not isinstance(last, BranchPoint) or last.touches:
+        raise SolveError("the sag lies on the lower layer where the strip becomes unstable: no gripper can take it")
+    model = last.problem.at(last.problem.contact(one.critical.before.q)).model
+    mode = np.linalg.norm(one.critical.mode[model.middle], axis=1)
+    # Where the path has a corner shortly before, half the way from there.
+    lam = max(one.critical.lam - TAKEN_BEFORE, 0.5 * (path.pieces[number].start + one.critical.lam))
+    at = before_critical(last.problem, one.critical, lam)
+    s = checked_place(place, float(model.s[np.argmax(mode)]), float(at.contact[-1]), unit)
+    x, z = unit * at.mid_surface(np.array([s]))[0]
+    two = follow(strip.contact_mesh(), path, strip.length, held(at, s), number, until="touch")
+    if two.end is End.LIFTED:
+        raise SolveError("the whole strip leaves the floor", parameter=two.lam)
+    end = two.lam
+    end_x, end_z = unit * path.position(end)
+    return SecondOnPath(
+        s=unit * s,
+        t=path.pseudo_time(lam),
+        x=float(x),
+        z=float(z),
+        snap=two.end is End.SNAP,
+        reason=REASONS[two.end],
+        end_t=path.pseudo_time(end),
+        end_x=float(end_x),
+        end_z=float(end_z),
+        gain=unit * float(end - one.critical.lam),
     )

@@ -154,12 +154,8 @@ def load_incrementally_from(
 
     ``locate``: whether the error says where the strip was lost, or only the last state before.
 
-    Raises
-    ------
-    LostStabilityError
-        The strip did not follow; the steps before have been yielded.
-    SolveError
-        A step could not be computed.
+    Raises LostStabilityError: the strip did not follow; the steps before have been yielded; SolveError: a step could
+    not be computed.
     """
     at = first
     for motion, end in places:
@@ -241,12 +237,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
 def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     """The state at a step's end along the branch of the step's problem, through changes of the contact.
 
-    Raises
-    ------
-    LostStabilityError
-        The branch has a limit point before.
-    SolveError
-        The branch could not be followed.
+    Raises LostStabilityError: the branch has a limit point before; SolveError: the branch could not be followed.
     """
     problem = _StepProblem.after(at, end)
     residual = problem.residual(at.point.q, at.point.lam)

@@ -67,31 +67,12 @@ def follow_in_time(
 ) -> Track:
     """Follow a path to its end and wait for rest.
 
-    Parameters
-    ----------
-    strip, path
-        The strip and the gripper's path, L*.
-    mu
-        Coefficient of friction between the layers and on the floor.
-    moment
-        M_0 of the bending hysteresis, rho_a g L*^2.
-    damping
-        Physical damping.
-    yield_curvature
-        kappa_y of that hysteresis, 1/L*.
-    speed
-        Of the gripper, sqrt(g L*), or where it is when.
-    refinement
-        Factor on the element lengths.
-    progress
-        Called with a line on how much of the path is done.
+    ``strip``, ``path``: the strip and the gripper's path, L*.  ``mu``: coefficient of friction between the layers and
+    on the floor.  ``moment``: M_0 of the bending hysteresis, rho_a g L*^2.  ``damping``: physical damping.
+    ``yield_curvature``: kappa_y of that hysteresis, 1/L*.  ``speed``: of the gripper, sqrt(g L*), or where it is when.
+    ``refinement``: factor on the element lengths.  ``progress``: called with a line on how much of the path is done.
 
-    Raises
-    ------
-    SolveError
-        The first state cannot be computed.
-    TimeStepError
-        As :func:`.rest.to_rest`.
+    Raises SolveError: the first state cannot be computed; TimeStepError: as :func:`.fall.to_rest`.
     """
     model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
     problem = StripProblem(model, AlongPath(path, strip.length), self_contact=SelfContact.of(model, strip.thickness))

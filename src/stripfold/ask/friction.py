@@ -1,0 +1,212 @@
+"""Friction in bending: how much a strip needs to follow a path, and where one with friction snaps or lands.
+
+The friction that strips of several eta_b need on one R-path is that of docs/plan.md.
+
+What a strip with friction does at a place depends on the way there.  For the boundary the flat strip is lifted along
+the line on which it would have no horizontal force without friction, then its gripper advances at constant height to
+the first snap or touch.  On the rod, in steps as a path with friction is followed; in units of L*.  Source:
+docs/map.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from math import inf, sqrt
+from typing import TypeVar
+
+import numpy as np
+
+from stripfold.base.arrays import Array, Mask
+from stripfold.base.errors import SolveError
+from stripfold.base.material import Material
+from stripfold.base.percent import Percent
+from stripfold.elastica.half_fold import states_no_horizontal_force
+from stripfold.follow.contact_branch import BranchPoint
+from stripfold.follow.contact_events import clearance
+from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_from, steps_on, with_effects
+from stripfold.follow.statics import StripModel, from_flat
+from stripfold.follow.track import End
+from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
+from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.problem import AlongPath, Motion
+
+PlannedStrip = tuple[Material, float, GripperPath]
+"""A strip, its length, m, and the path in its L*."""
+SPARE = 1.25
+"""Friction that is there over what is needed, at least: M_0 is seldom known to better than a tenth."""
+EXACT = 0.02
+"""M_0 with which strips of up to 20 L* follow R-paths planned for their own eta_b, rho_a g L*^2."""
+UNCERTAIN = 2.2e-3
+"""M_0 over (length / L*)^1.5 and the root of the relative uncertainty of eta_b, rho_a g L*^2: searches for strips of 14
+to 40 L* and 5 to 20 % found 0.8 to 1.4 times as much."""
+SHORT = 13.0
+"""Length, L*, of strips of which the softest needs most, as it is pushed too far; of longer ones it is the stiffest,
+whose sag comes down too late."""
+STEPS = {"lift": 1.0, "carry": 0.25, "roll": 0.05, "lay": 0.25}
+"""Size of the steps in the phases of an R-path, L*: where the sag of a stiff strip comes down, a tenth of L* decides
+between a touch and a snap."""
+MOST_TRIALS = 30
+"""Strengths that are tried in a search."""
+Held = TypeVar("Held")
+REFINEMENT = 0.7
+"""Factor on the elements' lengths: with longer ones what is needed is a fifth off."""
+
+HISTORY = "lifted on the line of no horizontal force without friction, then advanced at constant height"
+"""The way to each place of the boundary."""
+LOWEST, RATIO = 0.5, 1.2
+"""Lowest height, L*, and ratio of neighbouring ones: some fifteen heights for a strip of 16 L*."""
+THICKNESS = 0.02
+"""Of the rod, L*: it moves the ends of the advance by less than 1e-3 of themselves, thinner ones do not converge."""
+MOST = 0.25
+"""Largest M_0, rho_a g L*^2: with more, at low heights, the elements decide whether a step is followed."""
+LEAST_LYING = 0.5
+"""Length of the lying part below which the whole strip counts as lifted, L*."""
+
+
+def lost_with(
+    strips: Sequence[PlannedStrip],
+    moment: float,
+    yield_curvature: float | None,
+    say: Callable[[str], None] = lambda _: None,
+) -> PlannedStrip | None:
+    """Find a strip that does not follow its path with a friction moment; None where all do.
+
+    ``strips``: of one width and weight, the stiffest first.  ``moment``, ``yield_curvature``: M_0, N, and kappa_y, 1/m.
+    ``say``: called with a line on what is tried.
+
+    Raises SolveError: a path could not be followed.
+    """
+    # The one that needs most comes first: it decides about nearly all.
+    stiffest, length, _ = strips[0]
+    for strip in strips if length / stiffest.gravity_length > SHORT else reversed(strips):
+        say(f"r-path, friction with eta_b = {strip[0].eta_b:.4g}")
+        if not holds(strip, moment, yield_curvature):
+            return strip
+    return None
+
+
+def estimate(length: float, uncertainty: float) -> float:
+    """Estimate M_0 with which a strip follows an R-path, rho_a g L*^2.
+
+    ``length``: in L*.  ``uncertainty``: of eta_b, relative.
+    """
+    return max(EXACT, UNCERTAIN * length**1.5 * sqrt(uncertainty))
+
+
+def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> bool:
+    """Whether a strip is followed to its first touch: from there on its layer is laid down.
+
+    Raises SolveError: the path could not be followed.
+    """
+    material, length, path = strip
+    unit = material.gravity_length
+    kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
+    effects = effects_of("hysteresis", moment / (material.force_scale * unit), kappa_y)
+    model = StripModel(length / unit, material.relative_thickness, kind="rod")
+    first = with_effects(from_flat(model.contact_mesh(REFINEMENT, memory=True), path, model.length), effects)
+    places = chain.from_iterable(
+        steps_on(replace(path, pieces=(piece,)), model.length, STEPS[piece.name]) for piece in path.pieces
+    )
+    return load(first, places, until="touch", locate=False).end is not End.SNAP
+
+
+def bisected(
+    holds_with: Callable[[float], Held | None], first: float, ratio: float = 1.1, narrow: float = 1.1, most: float = inf
+) -> tuple[float, float, Held]:
+    """Find the smallest friction that suffices: one that fails, one within ``narrow`` times it, and what it yields.
+
+    ``holds_with``: follows a path with a friction; None where it fails.  ``first``, ``ratio``: the one tried first, and
+    that of the second to it, whose square is the next.  ``most``: the largest that is tried.  Raises SolveError: none
+    is found.
+    """
+    fails, suffices, found, tried = 0.0, inf, None, first
+    for _ in range(MOST_TRIALS):
+        if (held := holds_with(tried)) is not None:
+            suffices, found = tried, held
+        else:
+            fails = tried
+        if found is not None and suffices <= narrow * fails:
+            return fails, suffices, found
+        if fails and found is not None:
+            tried = sqrt(fails * suffices)
+        else:
+            tried = tried / ratio if found is not None else tried * ratio
+            ratio *= ratio
+        if tried > most:
+            break
+    raise SolveError(f"no friction between {fails:.3g} and {suffices:.3g} was found with which the plan is followed")
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionBoundary:
+    """The ends of the advance of a strip with friction, up to the height at which all of it is lifted.
+
+    ``z``, ``advance``: shape (n,): heights, ascending, and advances past the flat end at which the strip snaps or its
+    sag touches.  ``snaps``: shape (n,): whether it snaps.
+    """
+
+    z: Array
+    advance: Array
+    snaps: Mask
+
+
+def friction_boundary(length: float, moment: float, progress: Callable[[str], None] | None = None) -> FrictionBoundary:
+    """The ends of the advance of a strip of ``length`` with the friction moment ``moment``, M_0 in rho_a g L*^2.
+
+    Raises SolveError: a step could not be computed.
+    """
+    strip, done = StripModel(length, THICKNESS, kind="rod"), Percent(progress, "with friction")
+    rows: list[tuple[float, float, bool]] = []
+    for lifted, height in _lifted(strip, moment):
+        done(height / length)
+        end, advance = _advanced(strip, lifted)
+        if end is End.LIFTED:
+            break
+        rows.append((height, advance, end is End.SNAP))
+    heights, advances, snaps = zip(*rows, strict=True)
+    return FrictionBoundary(np.array(heights), np.array(advances), np.array(snaps))
+
+
+def _lifted(strip: StripModel, moment: float) -> Iterator[tuple[BranchPoint, float]]:
+    """The states at the heights, each with its own, from which the gripper advances."""
+    half = strip.length / 2.0
+    line = [
+        (state.advance - half, state.gripper[1]) for state in states_no_horizontal_force(strip.length - LEAST_LYING)
+    ]
+    path = GripperPath("lift", pieces_through([("lift", np.array([(-half, 0.0), *line]))]))
+    motion = AlongPath(path.pieces[0], strip.length)
+    flat = from_flat(strip.contact_mesh(memory=True), path, strip.length)
+    first = with_effects(flat, effects_of("hysteresis", moment))
+    # The lifted part grows with the fourth root of the height: the first steps double.
+    lam = first.point.lam
+    doubled = lam * 2.0 ** np.arange(1.0, max(np.log2(STEP / lam), 1.0))
+    places = [*doubled, *np.arange(doubled[-1] + STEP, path.length, STEP)]
+    least = LOWEST
+    for at in load_incrementally_from(first, ((motion, float(place)) for place in places)):
+        if at.contact[-1] > strip.length - LEAST_LYING:
+            return
+        height = float(path.position(at.point.lam)[1])
+        if height >= least:
+            least = RATIO * height
+            yield at, height
+
+
+def _advanced(strip: StripModel, lifted: BranchPoint) -> tuple[End, float]:
+    """The end of the advance from a lifted state, and the advance there."""
+    lam = lifted.point.lam
+    x, z = lifted.problem.motion.values(lam)
+    ends = np.array([(x, z), (x + strip.length, z)]) - (strip.length / 2.0, 0.0)
+    motion: Motion = AlongPath(Interpolated.through(ends, lam, "carry"), strip.length)
+    now = [lifted]
+
+    def places() -> Iterator[tuple[Motion, float]]:
+        while True:
+            at = now[-1]
+            sag, _ = clearance(at.problem, at.point.q)
+            # Shorter ones near the touch, which is known to a step.
+            yield motion, at.point.lam + STEP * min(max(sag, STEP), 1.0)
+
+    found = load(lifted, places(), "touch", lifted=strip.length - LEAST_LYING, progress=now.append)
+    return found.end, float(motion.values(found.lam)[0])
