@@ -16,8 +16,8 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
-from stripfold.ask.model_error import solid_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.ask.select_model import solid_error
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.elastica._events import SNAP, TOUCH

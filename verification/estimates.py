@@ -16,8 +16,8 @@ import xarray as xr
 
 from stripfold.ask import critical, select_model
 from stripfold.ask.inputs import LENGTH_STAR, MAX_THICKNESS_STAR, Scene
-from stripfold.ask.model_error import model_error
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
+from stripfold.ask.select_model import model_error
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.base.quantities import ETA_B, HEIGHT_STAR

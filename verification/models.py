@@ -12,8 +12,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from plots.pieces import entry, look
 from stripfold import elastica
-from stripfold.ask.model_error import ROD, Section, exact, one_across
 from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.ask.select_model import ROD, Section, exact, one_across
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material

@@ -17,8 +17,8 @@ from stripfold import elastica
 from stripfold.ask.critical import find
 from stripfold.ask.inputs import Model as ModelName
 from stripfold.ask.inputs import Scene
-from stripfold.ask.model_error import model_error
 from stripfold.ask.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.ask.select_model import model_error
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved

@@ -13,7 +13,6 @@ import numpy as np
 from stripfold import elastica
 from stripfold.ask import select_model
 from stripfold.ask.inputs import Scene
-from stripfold.ask.model_error import solid_error
 from stripfold.ask.prediction import (
     ElasticaPrediction,
     Snap,
@@ -22,6 +21,7 @@ from stripfold.ask.prediction import (
     without_horizontal_force,
 )
 from stripfold.ask.second_gripper import SecondAlongX, second_gripper
+from stripfold.ask.select_model import solid_error
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.files import schema

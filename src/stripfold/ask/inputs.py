@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from stripfold.ask.model_error import model_error
+from stripfold.ask.select_model import model_error
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.base.quantities import (

@@ -32,8 +32,8 @@ from pydantic import Field, create_model
 from stripfold import elastica
 from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
-from stripfold.ask.model_error import solid_error
 from stripfold.ask.prediction import ElasticaPrediction
+from stripfold.ask.select_model import solid_error
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.base.percent import Percent
