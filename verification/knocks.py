@@ -96,7 +96,7 @@ def run(
     height: float = 5.0,
     thickness: float = 0.0594,
     refinement: float = 1.0,
-    distances: list[float] = (0.01, 0.04, 0.1),
+    distances: Sequence[float] = (0.01, 0.04, 0.1),
     bisections: int = 4,
     progress: Progress | None = None,
 ) -> xr.Dataset:

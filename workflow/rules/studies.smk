@@ -7,7 +7,6 @@ TIMED = {
     "folding_plans",
     "order",
     "peers",
-    "profiling",
     "stability_map",
     "sweeps",
     "video_benchmark",
@@ -17,7 +16,6 @@ SHARED = {"recordings_accuracy"}
 # What a study needs beside the environment; without it its numbers are left out.
 NEEDED = {
     "public_pictures": config["images"],
-    "explorer": which("chromium") or "chromium",
     "peers": "verification/peers/.venv",
 }
 PICTURED = {"public_pictures", "eta_pictures"}

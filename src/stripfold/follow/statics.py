@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class StripModel:
             return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements)
         from stripfold.strip.reference import Reference  # scikit-fem takes longer to import than many a run
 
-        options = {"order": self.order, "across": self.across, "law": self.law}
+        options: dict[str, Any] = {"order": self.order, "across": self.across, "law": self.law}
         return Reference.of(self.length, self.thickness, nu=self.nu, elements=elements, **options)
 
 
@@ -109,24 +109,52 @@ def branch(
             return
 
 
-def locate(
-    states: Sequence[BranchPoint], options: StepOptions = STEPS, tolerance: float = LAMBDA_TOLERANCE
-) -> tuple[CriticalEvent, BranchPoint]:
-    """Locate the critical point near the last of some states of a branch, on elements planned for it.
+class Leg(NamedTuple):
+    """States along one motion, what ended them before its end, and the state just past a critical point."""
 
-    Returned are the event, whose state lies just before, and the state just past it.  Raises SolveError: it cannot be
-    located.
+    states: list[BranchPoint]
+    end: End | None = None
+    event: CriticalEvent | None = None
+    after: BranchPoint | None = None
+
+
+def leg(
+    at: BranchPoint,
+    end: float = inf,
+    until: Until = "end",
+    options: StepOptions = STEPS,
+    tolerance: float = LAMBDA_TOLERANCE,
+    seen: Callable[[float], None] = lambda _: None,
+) -> Leg:
+    """Follow a branch as :func:`branch` does, and locate a critical point that ends it, on elements planned for it.
+
+    ``tolerance``: width of the bracket of lambda_c.  ``seen``: called with each lambda.  Raises SolveError: when the
+    branch cannot be followed, or its critical point not be located.
     """
-    for at in reversed(states):
-        near = _replanned(at)
-        if not critical.is_past(near.point):
-            break
-        # On other elements the limit point lies a little before.
-    else:
-        near = states[0]
+    states, stopped = [at], None
+    for item in branch(at, end, until, options):
+        if isinstance(item, BranchCrossing):
+            stopped = item
+        elif item is not at:
+            states.append(item)
+            seen(item.lam)
+    if stopped is None:
+        return Leg(states)
+    if stopped.event is UNHELD:
+        return Leg(states, End.SNAP, _at_change(stopped.before, stopped.after), stopped.after)
+    if stopped.event is not LIMIT:
+        # Behind it the sag would be in the floor, or nothing would lie.
+        return Leg([*states, stopped.before], ENDS[stopped.event.name])
+    # On other elements the limit point may lie a little before.
+    planned = map(_replanned, reversed(states))
+    near = next((other for other in planned if not critical.is_past(other.point)), states[0])
     problem, found = _limit_point(near, options, tolerance)
+    if found.lam >= end:
+        last = states[-1]
+        return Leg([*states, BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, options))])
     before, after = (BranchPoint(problem, point) for point in (found.before, found.after))
-    return CriticalEvent(found.lam, found, before), after
+    stable = [state for state in states if state is at or state.lam < found.lam]
+    return Leg([*stable, before], End.SNAP, CriticalEvent(found.lam, found, before), after)
 
 
 def _replanned(at: BranchPoint) -> BranchPoint:
@@ -206,18 +234,12 @@ def to_the_end(
     """Follow a branch from a state on it to a snap, a touch or its lift-off; see :func:`along_x`."""
     if critical.is_past(first.point):
         raise SolveError("the branch does not start stable", parameter=first.point.lam)
-    *items, stopped = branch(first, until="touch", options=options)
-    states = [item for item in items if isinstance(item, BranchPoint)]
-    assert isinstance(stopped, BranchCrossing)
-    if stopped.event is not LIMIT:
-        # Behind it the sag would be in the floor, or nothing would lie.
-        return static_track([*states, stopped.before], ENDS[stopped.event.name])
-    event, after = locate(states, options, tolerance)
-    before = event.state
-    assert isinstance(before, BranchPoint)
-    states = [at for at in states if at.point.lam < event.travelled]
+    states, end, event, after = leg(first, until="touch", options=options, tolerance=tolerance)
+    assert end is not None
+    if event is None or after is None:
+        return static_track(states, end)
     beyond = tuple(_beyond(after, past, options)) if past else (after,)
-    return static_track([*states, before], End.SNAP, events=(event,), beyond=beyond)
+    return static_track(states, end, events=(event,), beyond=beyond)
 
 
 def _beyond(after: BranchPoint, past: float, options: StepOptions) -> Iterator[BranchPoint]:
@@ -287,16 +309,12 @@ class _Follower:
 
     def __post_init__(self) -> None:
         self.add(self.at)
+        self.followed(self.at.lam / self.path.length)
 
-    def add(self, at: BranchPoint) -> None:
-        self.at = at
-        self.points.append(at)
-        self.pieces.append(self.piece)
-        self.followed(self.lam / self.path.length)
-
-    @property
-    def lam(self) -> float:
-        return self.at.point.lam
+    def add(self, *points: BranchPoint) -> None:
+        self.points += points
+        self.pieces += [self.piece] * len(points)
+        self.at = self.points[-1]
 
     def advance(self) -> None:
         """Follow the strip to the end of the piece or another end; a gripper on the floor takes off and lands."""
@@ -309,11 +327,11 @@ class _Follower:
         before_end = place_of_low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
         for to in (before_end, piece.end):
             if self.end is None and at.point.lam < to:
-                at = self.along_branch(at, to)
+                at = self.follow_leg(at, to)
             if self.end is None and to < piece.end and at.topology == INTERVAL:
                 at = landed(at, piece.end)
                 self.add(at)
-        if self.end is None and self.lam >= piece.end:
+        if self.end is None and self.at.lam >= piece.end:
             if self.piece + 1 < len(self.path.pieces):
                 self.turn()
             else:
@@ -324,49 +342,22 @@ class _Follower:
         self.piece += 1
         first, now = AlongPath(self.path.pieces[self.piece], self.length), self.at.problem.motion
         motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
-        turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.lam)
+        turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.at.lam)
         if critical.is_past(turned.point):
             # It does not follow the new direction.
-            self.snap(_at_change(self.at, turned))
+            self.events.append(_at_change(self.at, turned))
+            self.end = End.SNAP
         else:
             self.add(turned)
 
-    def along_branch(self, at: BranchPoint, end: float) -> BranchPoint:
-        """Add the states up to this one or to an event that ends the track, and return the last."""
-        states, stopped = [at], None
-        for item in branch(at, end, self.until, self.options):
-            if isinstance(item, BranchCrossing):
-                stopped = item
-            elif item is not at:
-                states.append(item)
-                self.add(item)
-        if stopped is None:
-            return states[-1]
-        if stopped.event is LIMIT:
-            event, _ = locate(states, self.options)
-            if event.travelled >= end:
-                last = states[-1]
-                at_end = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, self.options))
-                self.add(at_end)
-                return at_end
-            while self.lam > event.travelled and self.at is not at:
-                self.points.pop()
-                self.pieces.pop()
-                self.at = self.points[-1]
-            assert isinstance(event.state, BranchPoint)
-            self.add(event.state)
-            self.snap(event)
-        elif stopped.event is UNHELD:
-            self.snap(_at_change(stopped.before, stopped.after))
-        else:
-            self.add(stopped.before)
-            self.end = ENDS[stopped.event.name]
+    def follow_leg(self, at: BranchPoint, end: float) -> BranchPoint:
+        """Add the states up to this lambda or to an event that ends the track, and return the last."""
+        states, self.end, event, _ = leg(
+            at, end, self.until, self.options, seen=lambda lam: self.followed(lam / self.path.length)
+        )
+        self.events += [event] if event else []
+        self.add(*states[1:])
         return states[-1]
-
-    def snap(self, event: CriticalEvent) -> None:
-        """End in a critical point."""
-        self.events.append(event)
-        self.end = End.SNAP
 
 
 def _at_change(before: BranchPoint, after: BranchPoint) -> CriticalEvent:
