@@ -9,8 +9,8 @@ back.  On the rod; lengths in L*, energies per width in rho_a g L*^2.  Source: d
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,7 +29,7 @@ from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 from stripfold.strip.problem import StripProblem
-from verification.common import Progress, dataset
+from verification.common import Progress, table
 from verification.numbers import Facts, Number
 
 ROOM = 8.0
@@ -41,44 +41,34 @@ STRONG, SETTLED = 0.5, 150.0
 DAMPED = Damping(0.3, 0.02)
 
 
-@dataclass(frozen=True)
-class Struck:
+class Struck(NamedTuple):
     """A stable state of a strip and its softest mode, downwards."""
 
     problem: StripProblem
     point: Point
     mode: Array
 
-    def knocked(
-        self, energy: float, damping: Damping, tolerance: float, *until: TimeEvent
-    ) -> tuple[TimeState, float, bool]:
-        """The last state after a knock of this energy, its distance from the first, and whether it has touched."""
-        problem = self.problem
+    def knocked(self, energy: float, damping: Damping, tolerance: float, until: TimeEvent) -> tuple[float, bool]:
+        """Distance of the last state after a knock of this energy from the first, and whether the sag has touched."""
+        problem, point = self.problem, self.point
         v = sqrt(2.0 * energy / float(self.mode @ (problem.mass @ self.mode))) * self.mode
-        lam, active = self.point.lam, self.point.state.active
-        first = dynamics.start(problem, self.point.q, v, lam, active)
+        first = dynamics.start(problem, point.q, v, point.lam, point.state.active)
         options = TimeOptions(first=0.02, largest=1.0, tolerance=tolerance)
-        touched = False
-        for state in dynamics.march(problem, first, Moving(lam, 0.0), damping, None, options, until):
-            touched = touched or touches(problem.model, state)
-        return state, problem.model.largest_move(self.point.q, state.q), touched
+        drive = Moving(point.lam, 0.0)
+        states = list(dynamics.march(problem, first, drive, damping, None, options, [until]))
+        touched = any(touches(problem.model, state) for state in states)
+        return problem.model.largest_move(point.q, states[-1].q), touched
 
     def falls(self, energy: float) -> bool:
-        """Whether the sag touches after a knock, without damping."""
+        """Whether the sag touches after a knock, without damping, before it comes back through the state at rest."""
         row = self.problem.mass @ self.mode
         duration = PERIODS * 2.0 * pi / sqrt(float(self.point.eigenvalues[0]))
-        ends = (
-            TimeEvent(lambda state: touches(self.problem.model, state)),
-            TimeEvent(lambda state: state.t > duration),
-            # Back through the state at rest.
-            TimeEvent(lambda state: state.t > 1.0 and float(row @ (state.q - self.point.q)) < 0.0),
-        )
-        return self.knocked(energy, Damping(), 1e-6, *ends)[2]
 
-    def settles(self) -> tuple[float, bool]:
-        """Distance from the first state at rest after a strong knock, and whether the sag has touched."""
-        _, distance, touched = self.knocked(STRONG, DAMPED, 1e-4, TimeEvent(lambda state: state.t > SETTLED))
-        return distance, touched
+        def ended(state: TimeState) -> bool:
+            back = state.t > 1.0 and float(row @ (state.q - self.point.q)) < 0.0
+            return touches(self.problem.model, state) or state.t > duration or back
+
+        return self.knocked(energy, Damping(), 1e-6, TimeEvent(ended))[1]
 
 
 def at_rest(height: float, distance: float, thickness: float, refinement: float) -> Struck:
@@ -101,7 +91,7 @@ def run(
     bisections: int = 4,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Knocks at ``distances`` from lambda_c, some within the bistable range and some not.
+    """Knock strips at ``distances`` from lambda_c, some within the bistable range and some not.
 
     Dataset over ``distance``: ``held`` and ``fell``, the bracket of the least energy that makes the strip fall over the
     static barrier, nan beyond the bistable range; ``away`` and ``touched`` after a strong knock with damping.
@@ -121,13 +111,11 @@ def run(
             for _ in range(bisections):
                 middle = sqrt(held * fell)
                 held, fell = (held, middle) if struck.falls(middle * barrier) else (middle, fell)
-        away, touched = struck.settles()
-        rows.append({"held": held, "fell": fell, "away": away, "touched": float(touched)})
+        away, touched = struck.knocked(STRONG, DAMPED, 1e-4, TimeEvent(lambda state: state.t > SETTLED))
+        rows.append({"distance": distance, "held": held, "fell": fell, "away": away, "touched": float(touched)})
         if progress:
             progress(str(rows[-1]))
-    values = {name: ("distance", [row[name] for row in rows]) for name in rows[0]}
-    attrs = {"height": height, "thickness": thickness, "refinement": refinement, "width": found.width}
-    return dataset(values | {"distance": ("distance", distances)}, attrs)
+    return table("distance", rows, {"height": height, "thickness": thickness, "width": found.width})
 
 
 def facts(d: xr.Dataset) -> Facts:

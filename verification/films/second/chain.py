@@ -111,18 +111,5 @@ class Chain:
 
 
 def critical(height: float) -> float:
-    """Advance at which a chain without friction snaps: a line through four of :func:`landing`, at heights of 3 to 6."""
+    """Advance at which a chain without friction snaps: a line through four such advances, at heights of 3 to 6."""
     return 6.95 + 0.975 * height
-
-
-def landing(height: float, start: float, speed: float, length: float = 15.0) -> float:
-    """Advance at which the sag of a chain without friction lands, swept from a start; it lags behind the snap."""
-    chain = Chain(length, Hinges())
-    chain.prepare(start, height)
-    block = 400
-    while True:
-        advance: Array = start + speed * STEP * np.arange(1.0, block + 1.0)
-        states = chain.follow(advance, np.full(block, height), every=block)
-        if chain.sag(states)[-1] < 2.0 * chain.hinges.thickness:
-            return start
-        start = float(advance[-1])

@@ -13,9 +13,8 @@ import cv2
 import numpy as np
 import yaml
 
-from verification.films.second.camera import Array, Camera, Light, exposed
 from verification.films.second.chain import STEP, Chain, Hinges, critical
-from verification.films.second.picture import Look, Studio
+from verification.films.second.picture import Array, Camera, Light, Look, Studio, exposed
 
 GRAVITY = 9.81
 LENGTH = 15.0
@@ -93,11 +92,6 @@ class Design:
             "clock": float(rng.uniform(-2.0, 2.0)),
         }
 
-    @property
-    def tones(self) -> tuple[float, float]:
-        """Of table and wall."""
-        return (0.6, 0.75) if self.factors["dark"] else (0.25, 0.18)
-
     def write(self, folder: Path, calibration: Path) -> dict[str, Any]:
         """Write the recording into a new folder, with a copy of its camera's calibration; its truth."""
         f, rng = self.factors, np.random.default_rng([self.seed, self.number, 2])
@@ -105,7 +99,7 @@ class Design:
         folder.mkdir(parents=True)
         shutil.copytree(calibration, folder / "calibration")
         lamp = (f["lamp"], -0.6, 0.75)
-        strip, (table, wall) = 0.12 if f["dark"] else 0.8, self.tones
+        strip, table, wall = (0.12, 0.6, 0.75) if f["dark"] else (0.8, 0.25, 0.18)
         names = ("sheen", "shadow", "width", "recede", "narrowing", "twist", "hairs")
         shape = {name: f[name] for name in names}
         look = Look(strip=strip, table=table, wall=wall, lamp=lamp, thickness=1.2e-3, **shape, **_marker())
@@ -209,10 +203,10 @@ def truth(motion: Motion, height: float) -> dict[str, float]:
     return {"onset": float(onset), "landing": motion.landing, "following": following, "peak": float(speed[peak])}
 
 
-def write_calibration(number: int, seed: int, kept: Path, tones: tuple[float, float] = (0.4, 0.3)) -> None:
-    """Render the calibration of a camera into a new folder; ``tones`` are those of table and wall."""
+def write_calibration(number: int, seed: int, kept: Path) -> None:
+    """Render the calibration of a camera into a new folder."""
     camera, rng = Camera(**CAMERAS[number]), np.random.default_rng([seed, number, 3])
-    look = Look(0.8, *tones, (0.3, -0.6, 0.75), 0.0, 0.0, 0.03, 1e-3, 0.0, 0.0, 0.0, 0, **_marker())
+    look = Look(0.8, 0.4, 0.3, (0.3, -0.6, 0.75), 0.0, 0.0, 0.03, 1e-3, 0.0, 0.0, 0.0, 0, **_marker())
     studio, sign, origin = Studio(camera, look, rng), *ROBOTS[number]
     wide, tall = CAMERAS[number]["field"], CAMERAS[number]["field"] * 0.75
 
