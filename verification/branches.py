@@ -86,7 +86,7 @@ def strip_case(number: int, compared: int, seed: int, refinement: float) -> dict
     strip, truth = StripModel(length, Material(eta_b, 0.001).relative_thickness), elastica.critical(height).advance
     past = PAST if number < compared else 0.0
     found, message = attempted(lambda: solve_height(strip, height, refinement, past))
-    row = {"verdict": FAILED, "spurious": np.nan, "message": message}
+    row: dict[str, Any] = {"verdict": FAILED, "spurious": np.nan, "message": message}
     if found is None:
         return row
     if past:

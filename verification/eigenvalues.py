@@ -8,14 +8,15 @@ zero.  On the rod: at the solid's limit point the eigenvalue is zero to the firs
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.pieces import PATH_LOOKS, entry, look, note
+from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, CRITICAL, GREY, GRIPPER, HANGING, TOUCHING
 from stripfold.draw.style import figure, styled, text_at
@@ -23,109 +24,74 @@ from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel, solve_height
-from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.problem import Point
 from tasks.assess_data import PATHS, path_of
-from verification.common import Progress, blank, dataset
+from verification.common import Progress, blank, dataset, pooled
 from verification.numbers import Facts, Number
 
-UNITS = {"degree": "angle"}
-
 ALONG_X = "x"
-OPTIONS = replace(STEPS, largest=0.2)
 BACK = replace(STEPS, first=0.003, largest=0.05)
 """Steps back from the critical point."""
 NEAR = 0.3
 """Arc length of the branch that is followed back."""
-SPACING = 0.05
-"""Of the places at which shapes are stored, L*."""
+LENGTH, THICKNESS, SPACING = 20.0, 0.0594, 0.05
+"""Of the rod, and of the places at which shapes are stored, L*."""
 
 
-def run(
-    height: float = 3.0,
-    length_star: float = 20.0,
-    thickness: float = 0.0594,
-    refinement: float = 0.5,
-    progress: Progress | None = None,
-) -> xr.Dataset:
+def run(height: float = 3.0, refinement: float = 0.5, progress: Progress | None = None) -> xr.Dataset:
     """Eigenvalues over ``motion`` and ``step``, nan after the last, and the critical states and modes.
 
-    ``height``: of the gripper along x; ``length_star``, ``thickness``, ``refinement``: the rod.
+    ``height``: of the gripper along x.
     """
-    strip = StripModel(length_star, thickness, kind="rod")
-    s = np.linspace(0.0, length_star, round(length_star / SPACING) + 1)
+    s = np.linspace(0.0, LENGTH, round(LENGTH / SPACING) + 1)
     motions = (ALONG_X, *PATHS)
-    found = []
-    for name in motions:
-        if progress:
-            progress(name)
-        found.append(along_x(strip, height, refinement) if name == ALONG_X else along_path(strip, name, refinement))
-    most = max(len(points) for points, *_ in found)
-    values = {name: blank(len(motions), most) for name in ("distance", "eigenvalue_1", "eigenvalue_2")}
-    shapes, modes = [], []
-    for i, (points, critical, last, _) in enumerate(found):
-        for k, point in enumerate(points):
-            values["distance"][i, k] = critical.lam - point.lam
-            values["eigenvalue_1"][i, k], values["eigenvalue_2"][i, k] = point.eigenvalues[:2]
-        model, q = last.model, last.u
-        shapes.append(model.resampled_mid_surface(q, s))
-        modes.append(model.resampled_mid_surface(critical.mode, s) - model.resampled_mid_surface(0.0 * q, s))
-    shape, mode = np.array(shapes), np.array(modes)
+    found = pooled(partial(_approach, height, refinement, s), motions, 1, progress)
+    rows = blank(3, len(motions), max(len(eigenvalues) for eigenvalues, *_ in found))
+    for i, (eigenvalues, *_) in enumerate(found):
+        rows[:, i, : len(eigenvalues)] = eigenvalues.T
+    shape, mode = (np.array([one[i] for one in found]) for i in (1, 2))
     # Of either sign: this one lets the strip fall.
     mode *= -np.sign(mode[..., 1].sum(axis=1))[:, None, None] / np.abs(mode).max(axis=(1, 2), keepdims=True)
-    per_node = ("motion", "s")
+    names = ("distance", "eigenvalue_1", "eigenvalue_2")
     return dataset(
         {
             "motion": ("motion", list(motions)),
-            "s": ("s", s),
-            **{name: (("motion", "step"), content) for name, content in values.items()},
-            "critical": ("motion", [critical.lam for _, critical, *_ in found]),
-            "angle": ("motion", [angle for *_, angle in found]),
-            **{name: (per_node, shape[..., i]) for i, name in enumerate("xz")},
-            **{f"mode_{name}": (per_node, mode[..., i]) for i, name in enumerate("xz")},
-        },
-        {"height": height, "length_star": length_star, "thickness": thickness, "refinement": refinement},
-        units=UNITS,
+            **{name: (("motion", "step"), row) for name, row in zip(names, rows, strict=True)},
+            **{name: (("motion", "s"), shape[..., i]) for i, name in enumerate("xz")},
+            **{f"mode_{name}": (("motion", "s"), mode[..., i]) for i, name in enumerate("xz")},
+        }
     )
 
 
-Found = tuple[list[Point], CriticalPoint, BranchPoint, float]
-"""Stable points towards the critical point, it, its last stable state, and the angle to the boundary, degrees."""
+def _approach(height: float, refinement: float, s: Array, motion: str) -> tuple[Array, Array, Array]:
+    """Distances from the critical point and two eigenvalues, shape (steps, 3); the last stable state and the mode at s.
 
-
-def along_x(strip: StripModel, height: float, refinement: float) -> Found:
-    """At constant height, from lambda_0 on; raises SolveError without a snap."""
-    run = solve_height(strip, height, refinement)
-    if run.critical is None:
-        raise SolveError(run.end.reason, parameter=run.lam)
-    points = [at.point for at in run.branch if at.point.lam < run.lam and at.point.negatives == 0]
-    return with_approach(points, run.critical, run.last, 90.0)
-
-
-def along_path(strip: StripModel, name: str, refinement: float) -> Found:
-    """Along one of the paper's paths; raises SolveError where no state is critical."""
-    found = assess_strip(strip, path_of(name, strip.length), None, refinement, options=OPTIONS)
-    if found.critical is None:
-        raise SolveError(f"no critical point on the {name} path")
-    points = [at.point for at in found.branch]
-    return with_approach(points, found.critical, found.last, found.events[0].angle)
-
-
-def with_approach(points: list[Point], critical: CriticalPoint, last: BranchPoint, angle: float) -> Found:
-    """With the points back from the critical one in place of those near it."""
-    at = contact_branch.solved(last.problem, critical.before.q, critical.before.lam, -1.0)
+    Raises SolveError: no state is critical.
+    """
+    strip = StripModel(LENGTH, THICKNESS, kind="rod")
+    if motion == ALONG_X:
+        found = solve_height(strip, height, refinement)
+    else:
+        options = replace(STEPS, largest=0.2)
+        found = assess_strip(strip, path_of(motion, LENGTH), None, refinement, options=options)
+    critical = found.critical
+    if critical is None:
+        raise SolveError(f"no critical point along {motion}")
+    last = contact_branch.solved(found.last.problem, critical.before.q, critical.before.lam, -1.0)
     near = []
-    for item in contact_branch.follow(at, BACK, lambda _: [], through_contact=False):
+    for item in contact_branch.follow(last, BACK, lambda _: [], through_contact=False):
         assert isinstance(item, BranchPoint)
         near.append(item.point)
-        if item.point.arc - at.point.arc > NEAR:
+        if item.point.arc - last.point.arc > NEAR:
             break
-    far = [point for point in points if point.lam < near[-1].lam]
-    return [*far, *near[::-1]], critical, at, angle
+    far = [at.point for at in found.branch if at.point.lam < near[-1].lam and at.point.negatives == 0]
+    rows = np.array([(critical.lam - point.lam, *point.eigenvalues[:2]) for point in (*far, *near[::-1])])
+    model = last.model
+    mode = model.resampled_mid_surface(critical.mode, s) - model.resampled_mid_surface(0.0 * last.u, s)
+    return rows, model.resampled_mid_surface(last.u, s), mode
 
 
 NEAREST, FARTHEST = 1e-6, 3e-3
-"""Distances from the critical point between which the exponent of the eigenvalue is taken, L*."""
+"""Distances from the critical point between which the exponent of the eigenvalue is taken; smallest drawn, L*."""
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -163,8 +129,6 @@ NUMBERS = {
 LOOKS = {"x": ("along $x$", look(2)), **PATH_LOOKS}
 SHOWN = {"x": "(b) along $x$", "r-path": "(c) R-path"}
 STYLES = ("-", "--", "-.", ":")
-NEAREST_DRAWN = 1e-6
-"""Smallest distance drawn, L*."""
 WIDE = 7.5
 """Part of the strip drawn, from the bulge on, L*."""
 SIZE = 0.5
@@ -180,7 +144,7 @@ def draw(data: xr.Dataset) -> Figure:
     for i, (motion, (label, how)) in enumerate(LOOKS.items()):
         one = data.sel(motion=motion)
         distance = one["distance"].values
-        shown = distance > NEAREST_DRAWN
+        shown = distance > NEAREST
         line: dict[str, Any] = {"color": how.color, "ls": STYLES[i]}
         top.plot(distance[shown], one["eigenvalue_1"].values[shown], **line, lw=1.2, label=label)
         top.plot(distance[shown], one["eigenvalue_2"].values[shown], **line, lw=0.6, label="_second")
@@ -194,7 +158,17 @@ def draw(data: xr.Dataset) -> Figure:
     top.legend(loc="lower left", fontsize=7)
     note(top, "(a)", loc="upper right")
     for ax, (motion, title) in zip(below, SHOWN.items(), strict=True):
-        _draw_mode(ax, data.sel(motion=motion), title)
+        one = data.sel(motion=motion)
+        shape = np.stack([one["x"].values, one["z"].values])
+        mode = SIZE * np.stack([one["mode_x"].values, one["mode_z"].values])
+        ax.plot(*(shape + mode), color=TOUCHING, lw=0.8, ls="--", label="_down")
+        ax.plot(*(shape - mode), color=HANGING, lw=0.8, ls="-.", label="_up")
+        ax.plot(*shape, color=CRITICAL, lw=1.4, label="_critical")
+        ax.plot(*shape[:, 0], "o", color=GRIPPER, ms=4, zorder=5)
+        ax.axhline(0.0, color=BLACK, lw=0.6, zorder=1)
+        left = float(shape[0].min()) - 1.0
+        ax.set(aspect="equal", xlim=(left, left + WIDE), xlabel="$x\\,/\\,L^*$")
+        note(ax, title)
     below[0].set_ylabel("$z\\,/\\,L^*$")
     below[1].tick_params(labelleft=False)
     high = float(data.sel(motion=list(SHOWN))["z"].max()) + 1.5
@@ -207,16 +181,3 @@ def draw(data: xr.Dataset) -> Figure:
     ]
     below[0].legend(handles=handles, loc="center right", fontsize=7, bbox_to_anchor=(1.0, 0.65))
     return fig
-
-
-def _draw_mode(ax: Axes, one: xr.Dataset, title: str) -> None:
-    shape = np.stack([one["x"].values, one["z"].values])
-    mode = SIZE * np.stack([one["mode_x"].values, one["mode_z"].values])
-    ax.plot(*(shape + mode), color=TOUCHING, lw=0.8, ls="--", label="_down")
-    ax.plot(*(shape - mode), color=HANGING, lw=0.8, ls="-.", label="_up")
-    ax.plot(*shape, color=CRITICAL, lw=1.4, label="_critical")
-    ax.plot(*shape[:, 0], "o", color=GRIPPER, ms=4, zorder=5)
-    ax.axhline(0.0, color=BLACK, lw=0.6, zorder=1)
-    left = float(shape[0].min()) - 1.0
-    ax.set(aspect="equal", xlim=(left, left + WIDE), xlabel="$x\\,/\\,L^*$")
-    note(ax, title)
