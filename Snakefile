@@ -54,7 +54,7 @@ rule all:
         rules.recordings.output,
         rules.summary.output,
         FIGURE_FILES,
-        rules.explorer_page.output if "explorer" in STUDY_FILES else [],
+        rules.explorer_page.output,
 
 
 # Each rule says once what it does: in its docstring, those made in a loop in their message. It is both.

@@ -5,19 +5,15 @@ from __future__ import annotations
 import dataclasses
 import doctest
 import inspect
-import json
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import elastica
 from stripfold.ask import inputs
-from stripfold.files import store
 from stripfold.files.reporting import Result
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
@@ -62,44 +58,6 @@ def test_a_strip_is_checked_and_frozen():
         sf.Strip(length=600, eta_b=3780)
     with pytest.raises(dataclasses.FrozenInstanceError):
         STRIP.length = 1.0  # type: ignore[misc]
-
-
-@pytest.mark.parametrize("model", ["elastica", "rod", "solid"])
-def test_critical_point(model, tmp_path: Path):
-    point = STRIP.critical(height=0.09, model=model, accuracy=1e-2)
-    unit = STRIP.gravity_length
-    assert point.snap
-    assert point.lambda_c == pytest.approx(elastica.critical(0.09 / unit).advance * unit, rel=3e-3)
-    # The state is that of the strip: from the gripper to the held end, as long as the strip.
-    np.testing.assert_allclose(point.state[0], [point.x_c, 0.09], atol=1e-4)
-    np.testing.assert_allclose(point.state[-1], [0.3, 0.0], atol=1e-9)
-    assert np.linalg.norm(np.diff(point.state, axis=0), axis=1).sum() == pytest.approx(0.6, rel=1e-3)
-    point.to_netcdf(tmp_path / "point.nc")
-    data = store.read(tmp_path / "point.nc")
-    assert float(data["lambda_c"]) == point.lambda_c
-    assert json.loads(data.attrs["config"])["height"] == 0.09
-    assert f"{point.lambda_c:.6g} m" in str(point)
-    assert len(point.plot().axes) == 1
-
-
-def test_too_short_a_strip():
-    with pytest.raises(sf.InvalidInputError, match="too short"):
-        sf.Strip(length=0.2, eta_b=3780).critical(height=0.09)
-
-
-def test_assessment_of_a_path(tmp_path: Path):
-    path = sf.paths.r_path(SHORT)
-    path.to_csv(tmp_path / "r.csv")
-    own = sf.paths.read(tmp_path / "r.csv", SHORT)
-    np.testing.assert_allclose(own.places[[0, -1]], path.places[[0, -1]], atol=1e-8)
-    found = SHORT.assess(path, friction_moment=np.float32(1e-4), step=0.2 * SHORT.gravity_length, model="rod")
-    assert found.stable
-    assert found.completed
-    found.to_netcdf(tmp_path / "r.nc")
-    data = store.read(tmp_path / "r.nc")
-    assert float(data["peak_force"]) == found.peak_force
-    np.testing.assert_allclose(data["x"][-1, 0], 0.18, atol=1e-6)
-    assert len(found.plot().axes) == 1
 
 
 @pytest.mark.parametrize(
@@ -147,28 +105,6 @@ def test_a_path_is_for_any_strip_of_its_length(kind, tmp_path: Path):
         assert found[key] == pytest.approx(by_table[key], rel=1e-3, abs=1e-5, nan_ok=True), key
     with pytest.raises(sf.InvalidInputError, match=r"one for this strip's length, 0.6 m"):
         STRIP.assess(path)
-
-
-def test_collapse(tmp_path: Path):
-    release = sf.Release(disturbance=0.02, air=5.0, until="touch")
-    found = SHORT.collapse(height=0.056, model="rod", release={"disturbance": 0.02, "air": 5.0, "until": "touch"})
-    assert found.lambda_c == pytest.approx(SHORT.critical(height=0.056, model="rod").lambda_c, rel=1e-3)
-    time, x = found.touch
-    assert time > 0.0
-    assert -0.18 < x < 0.18
-    assert np.isnan(found.rest_time)
-    found.to_netcdf(tmp_path / "c.nc")
-    assert json.loads(store.read(tmp_path / "c.nc").attrs["config"])["until"] == "touch"
-    # Without its run times, so that the same inputs give the same file.
-    SHORT.collapse(height=0.056, model="rod", release=release).to_netcdf(tmp_path / "again.nc")
-    assert (tmp_path / "again.nc").read_bytes() == (tmp_path / "c.nc").read_bytes()
-
-
-def test_eta_b():
-    found = sf.eta_b(fold_height=0.0272)
-    assert found.eta_b == pytest.approx(0.075958 / 0.0272**3, rel=1e-5)
-    assert np.isnan(found.interval).all()
-    assert float(found.to_dataset()["gravity_length"]) == pytest.approx(0.0272 / 0.906597, rel=1e-5)
 
 
 @pytest.mark.parametrize(

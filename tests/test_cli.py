@@ -12,8 +12,7 @@ import termios
 import pytest
 
 import stripfold
-from stripfold import elastica, kernels
-from stripfold.base.material import Material
+from stripfold import kernels
 from stripfold.cli import COMMANDS, main
 from stripfold.files import json_output
 
@@ -46,16 +45,6 @@ def test_bad_usage_says_what_was_probably_meant(capsys, arguments, meant):
     assert re.search(meant, err)
 
 
-def test_eta(capsys):
-    code, out, _ = run(capsys, "eta", "--fold-height", "0.0272", "--json")
-    values = json.loads(out)
-    assert code == 0
-    assert values["eta_b"] == pytest.approx(0.075958 / 0.0272**3, rel=1e-5)
-    assert values["gravity_length"] == pytest.approx(0.0272 / 0.906597, rel=1e-5)
-    _, text, _ = run(capsys, "eta", "--fold-height", "0.0272")
-    assert f"{values['eta_b']:.6g} m^-4 s^2" in text
-
-
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -81,15 +70,6 @@ def test_json_says_what_it_is_for_and_in_which_units(capsys, tmp_path, monkeypat
     assert {name: found["inputs"][name] for name in numbers} == numbers
     known = set(json_output._numeric({name: value for name, value in found.items() if name != "units"}))
     assert known <= set(found["units"])
-
-
-def test_a_short_strip_snaps(capsys):
-    """With less than half an L* left lying at the snap; the rod and the elastica say the same."""
-    strip = ["critical", "--length", "0.2285", "--eta-b", "3780", "--height", "0.09", "--eta-m", "1e-5", "--json"]
-    found = [json.loads(run(capsys, *strip, "--model", model)[1]) for model in ("solid", "rod", "elastica")]
-    assert all(one["snap"] for one in found)
-    assert [one["lambda_c"] for one in found] == pytest.approx([0.2956] * 3, abs=1e-4)
-    assert 0.2285 - found[0]["free_length"] < 0.5 * Material(3780.0).gravity_length
 
 
 def test_blas_gets_one_thread_by_default(capsys, monkeypatch):
@@ -138,52 +118,8 @@ def test_what_is_heavy_is_imported_where_it_is_used(code, modules):
 # -- with the real search
 
 
-@pytest.mark.parametrize("height_star", [1.2, 3.0, 8.0])
-def test_the_elastica_for_real(capsys, height_star):
-    star = Material(3780.0).gravity_length
-    arguments = [*STRIP[:-1], repr(height_star * star), "--model", "elastica", "--json"]
-    code, out, err = run(capsys, *arguments)
-    values, point = json.loads(out), elastica.critical(height_star)
-    assert (code, err, values["model"], values["snap"]) == (0, "", "elastica", point.snap)
-    if not point.snap:
-        assert values["lambda_c"] is values["x_c"] is None
-        assert values["lambda_touch"] == pytest.approx(point.state.advance * star, rel=1e-9)
-        sag = point.state.at(point.state.sag.s)
-        assert values["touch_x"] == pytest.approx((point.state.length - sag.x) * star - 0.3, rel=1e-9)
-        return
-    assert values["lambda_c"] == pytest.approx(point.advance * star, rel=1e-9)
-    assert values["x_c"] == pytest.approx(values["lambda_c"] - 0.3, abs=1e-12)
-    assert values["free_length"] == pytest.approx(point.length * star, rel=1e-9)
-    assert values["lambda_c_lower"] <= values["lambda_c"] <= values["lambda_c_upper"]
-    assert 0.0 <= values["error"] < 1e-9
-
-
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "stripfold", *arguments], capture_output=True, text=True)
-
-
-def test_the_solid_for_real():
-    # In a process of its own, in which the command line still can say how many threads BLAS shall have.
-    done = command(*STRIP, "--accuracy", "1e-2", "--json")
-    values = json.loads(done.stdout)
-    assert (done.returncode, done.stderr, values["model"], values["snap"]) == (0, "", "solid", True)
-    assert values["lambda_c"] == pytest.approx(0.29562, rel=1e-2)  # the elastica's; the solid is 0.06 L* thick
-    assert values["error"] < 1e-2 * values["lambda_c"]
-
-
-@pytest.mark.parametrize("height", ["0.042", "0.04648"], ids=["1.40 L*", "1.55 L*"])
-def test_where_the_sag_lands_below_the_touch_limit(capsys, height):
-    found = {}
-    for model in ("solid", "rod", "elastica"):
-        code, out, _ = run(capsys, *STRIP[:-1], height, "--model", model, "--json")
-        found[model] = json.loads(out)
-        assert (code, found[model]["snap"]) == (0, False)
-    # The elastica has no thickness: 0.06 L* here.
-    for model in ("solid", "rod"):
-        apart = abs(found[model]["lambda_touch"] - found["elastica"]["lambda_touch"])
-        assert found[model]["error"] < apart < found["elastica"]["model_error"]
-        assert found[model]["touch_x"] == pytest.approx(found["elastica"]["touch_x"], abs=1e-3)
-    assert found["rod"]["touch_x"] == pytest.approx(found["solid"]["touch_x"], abs=1e-4)
 
 
 def test_progress_goes_to_a_terminal_on_standard_error():
@@ -223,9 +159,3 @@ def test_all_commands_have_the_same_options(capsys, name):
     assert "--quiet" in said
     assert "--verbose" in said
     assert ("--json" in said) == (name not in ("completion", "new"))
-
-
-def test_bad_input_for_real():
-    done = command(*STRIP, "--length", "0.2")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("stripfold: error: length = 0.2 ")

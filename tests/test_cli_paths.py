@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +12,6 @@ import pytest
 import stripfold as sf
 from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.draw.save import save_as
 from stripfold.files import store
 from stripfold.files.json_output import as_json
 from stripfold.paths import PLANS, table
@@ -91,72 +89,11 @@ def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixt
         assert json.loads(data.attrs["config"])["length"] == 0.45
 
 
-def test_a_path_that_cannot_be_written_is_not_drawn(here: Path) -> None:
-    assert main(["path", "circular", *STRIP, "--plot", "own.png", "--csv", "nowhere/own.csv"]) == 2
-    assert not os.listdir(here)
-
-
-def test_a_path_and_a_critical_point_are_drawn(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The files are what ``plot()`` draws."""
-    assert main(["path", "low", *STRIP, "--height", "0.036", "--plot", "path.png"]) == 0
-    assert main(["critical", *STRIP, "--height", "0.09", "--model", "elastica", "--plot", "strip.png"]) == 0
-    strip = sf.Strip(length=0.45, eta_b=3780.0)
-    drawn = {"path.png": sf.paths.low(strip, 0.036), "strip.png": strip.critical(0.09, model="elastica")}
-    for name, result in drawn.items():
-        save_as(result.plot(), here / f"by_{name}")
-        assert (here / name).read_bytes() == (here / f"by_{name}").read_bytes()
-
-
 @pytest.mark.parametrize(("error", "says"), [(1e-3, "beyond it"), (-1e-3, "short of it")])
 def test_the_sign_of_an_error_is_in_words(error: float, says: str) -> None:
     strip = sf.Strip(length=0.45, eta_b=3780.0)
     found = replace(strip.assess(sf.paths.triangular(strip), model="rod"), touch_error=error)
     assert f"{error:g} m  ({says})" in str(found)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["path", "r-path", "--length", "0.2", "--eta-b", "3780"], "more than 0.215 m"),
-        (["path", "r-path", "--length", "3.5", "--eta-b", "3780"], "at most 2.999 m"),
-        (["path", "circular", "--length", "-1", "--eta-b", "3780"], "length = -1.0"),
-        (["path", "circular", "--length", "450", "--eta-b", "3780"], "length = 450.0"),
-        (["path", "circular", *STRIP, "--csv", "own.txt"], "ends in .csv"),
-        (["path", "circular", *STRIP, "--height", "0.04"], "with the low path only"),
-        (["path", "low", *STRIP], "height is missing"),
-        (["path", "r-path", *STRIP, "--fold-at", "0.3"], "at most 0.225 m, half the length"),
-        (["path", "r-path", *STRIP, "--fold-at", "0.1"], "more than 0.1075 m"),
-        (["path", "low", *STRIP, "--height", "0.1", "--fold-at", "0.15"], "from 0.002999 to 0.075 m"),
-        (["assess", "good.csv", *STRIP, "--fold-at", "nan"], "fold_at = nan"),
-        (["path", "circular", *STRIP, "--plot", "own.txt"], "ends in .png"),
-        (["assess", "good.csv", *STRIP, "--plot", "nowhere/own.png"], "existing folder"),
-        (["critical", *STRIP, "--height", "0.09", "--plot", "own.pdf"], "ends in .png"),
-        (["path", "low", *STRIP, "--height", "0.2"], "from 0.002999 to 0.1125 m"),
-        (["path", "low", *STRIP, "--height", "nan"], "height = nan cannot be used"),
-        (["assess", "nowhere.csv", *STRIP], "nowhere.csv"),
-        (["assess", "bad.csv", *STRIP], "header t,x,z"),
-        (["assess", "good.csv", *STRIP, "--eta-m", "1"], "eta_m"),
-        (["assess", "good.csv", *STRIP, "--pull", "-1"], "pull = -1.0"),
-        (["assess", "good.csv", *STRIP, "--pull", "nan"], "pull = nan"),
-        (["assess", "good.csv", *STRIP, "--step", "0.01"], "together with friction"),
-        (["assess", "good.csv", *STRIP, "--pull", "1", "--step", "9"], "step = 9.0 cannot be used; allowed: more"),
-        (["assess", "good.csv", *STRIP, "--eta-m", "0.09"], "m thick, more than 0.006 m"),
-        (["assess", "good.csv", "--length", "0.6", "--eta-b", "3780"], "start at (-0.3, 0) m"),
-    ],
-)
-def test_bad_input_is_one_line_and_code_2(
-    here: Path, arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (here / "bad.csv").write_text("time;x;z\n0;1;2\n", encoding="utf-8")
-    (here / "good.csv").write_text("t,x,z\n0,-0.225,0\n1,0,0.225\n", encoding="utf-8")
-    assert main(arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    assert says in err
-    assert "L*" not in err or "times L* =" in err
-    assert str(here) not in err
-    assert sorted(os.listdir(here)) == ["bad.csv", "good.csv"]
 
 
 def test_what_is_no_number_is_null_in_json() -> None:

@@ -20,7 +20,6 @@ from made_up import INPUTS
 from stripfold.cli import main
 
 STRIP = "--length 0.5 --eta-b 3780"
-BOARD = "--board chessboard --columns 8 --rows 5 --square 0.024"
 CRITICAL = ["critical", *STRIP.split(), "--height", "0.09", "--model", "elastica"]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SWEEP = "sweep grid.yaml --output o.nc --cores 2"

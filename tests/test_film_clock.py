@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stripfold.base.arrays import Array
-from stripfold.base.errors import SynchronisationError
 from stripfold.film import (
     clock,
     fitted,
@@ -76,36 +75,6 @@ def test_a_marker_that_lags_while_it_moves_is_within_the_interval(stop: float) -
     assert z[True] < 1.2 < z[False]
 
 
-def test_what_hides_the_marker_for_a_while_hardly_shifts_the_clock() -> None:
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    x = advance(times) + np.random.default_rng(0).normal(0.0, 2e-5, len(times))
-    hidden = x + np.where((times > 2.0) & (times < 2.5), -4e-4, 0.0)
-    clear, disturbed = (clock.synchronise(times, each, 1e-5, log(3.0), 1e-4, PIXEL) for each in (x, hidden))
-    assert abs(disturbed.offset - clear.offset) < 1e-3
-    assert abs(disturbed.offset - 3.0) < 2.0 * disturbed.sd
-
-
-@pytest.mark.parametrize(
-    ("x", "robot", "message"),
-    [
-        (lambda t: advance(t), log(0.0, speed=0.022), "correlation of 0.99"),
-        (lambda t: -advance(t), log(0.0), "correlation of -?0"),
-        (lambda t: 0.1 + 0.0 * t, log(0.0), "0.00 mm in the video"),
-        (lambda t: advance(t), clock.RobotLog(np.arange(9.0), np.zeros(9), np.zeros(9)), "0.00 mm in the log"),
-        (
-            lambda t: advance(t),
-            clock.RobotLog(np.array([0.0, 0.02]), np.array([0.0, 0.1]), np.zeros(2)),
-            "log of 0.02 s",
-        ),
-    ],
-)
-def test_motions_that_differ(x, robot: clock.RobotLog, message: str) -> None:  # type: ignore[no-untyped-def]
-    times = np.arange(0.0, 8.0, 1.0 / 30.0)
-    with pytest.raises(SynchronisationError, match=message) as caught:
-        clock.synchronise(times, x(times), 1e-4, robot, 1e-3, PIXEL, source="robot.csv")
-    assert str(caught.value).startswith("robot.csv: ")
-
-
 TOUCH, TIME = 2.6, 0.12
 
 
@@ -156,15 +125,6 @@ def test_a_steady_rise_is_delayed_by_a_quarter_of_the_window():
     assert snap.speed(t, moving(t)).delay < 0.25 * snap.WINDOW < 0.7 * snap.WINDOW < steady.delay < snap.WINDOW
 
 
-def test_raised_part_includes_a_sag_that_nearly_touches():
-    stations = np.linspace(0.0, 0.4, 41)
-    z = np.interp(stations, [0.0, 0.1, 0.2, 0.25, 0.4], [0.1, 0.012, 0.03, 0.0, 0.0])
-    points = np.stack([stations, z], axis=1)[None].repeat(6, axis=0)
-    chosen = snap.raised(points, 0.1)
-    assert chosen[:23].all()
-    assert not chosen[25:].any()
-
-
 def test_following_alone_is_no_snap():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     noise = 2e-5 * np.random.default_rng(3).normal(size=(len(t), 20, 2))
@@ -177,27 +137,6 @@ def test_ripple_before_the_snap_is_ignored():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     ripple = 0.004 * np.clip((t - 1.0) / 0.2, 0.0, 1.0)
     assert snap.speed(t, moving(t) + ripple[:, None, None] * SHAPE).onset == pytest.approx(ONSET, abs=0.01)
-
-
-def test_a_frame_that_shows_the_strip_late_is_not_the_peak_of_a_slow_snap():
-    t = np.delete(np.arange(0.0, 14.0, 1.0 / 15.0), 154)
-    began, end, slow, fast = 9.0, 12.7, 0.003, 0.014
-    ran = np.clip(t - began, 0.0, end - began)
-    points = (slow * t + 0.5 * (fast - slow) / (end - began) * ran**2)[:, None, None] * SHAPE
-    late = 153
-    points[late] = points[late - 1]
-    found = snap.speed(t, points)
-    assert found.u[np.searchsorted(found.t, t[late + 1] + 0.03)] > 1.1 * found.level(snap.LEVEL)
-    assert found.t[found.peak] == pytest.approx(end, abs=0.05)
-    assert found.onset == pytest.approx(began + snap.LEVEL * (end - began), abs=0.1)
-
-
-def test_displacement_that_is_reversed_in_one_burst_is_no_snap():
-    """Something passes for half a second; by then following alone has gone half as far."""
-    t = np.arange(0.0, 4.0, 1.0 / 30.0)
-    points = moving(t)
-    points += 0.012 * np.clip(np.minimum((t - 0.8) / 0.2, (1.3 - t) / 0.1), 0.0, 1.0)[:, None, None] * SHAPE
-    assert snap.speed(t, points).onset == pytest.approx(ONSET, abs=0.01)
 
 
 def test_second_snap_is_detected():

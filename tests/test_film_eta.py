@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
-from PIL import Image
 from scipy.integrate import solve_bvp
 
 import drawn_strips as drawn
 import stripfold as sf
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
+from stripfold.base.errors import MeasurementError, TrackingError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.cli import main
 from stripfold.elastica import with_friction
@@ -28,14 +23,13 @@ from stripfold.elastica.branch import state_at_advance
 from stripfold.film import (
     cantilever,
     eta,
-    eta_figure,
     eta_motion,
 )
 from stripfold.film.camera import Camera, Mapping
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.film.recording import Entries, Recording
-from stripfold.follow.moving_gripper import static_limit
-from stripfold.follow.static import StripModel
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import static_limit
 
 SCALE = 3e-4
 
@@ -175,42 +169,6 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
     assert found.fit.width == pytest.approx(6.0, abs=1.5)
 
 
-def jpeg(image: drawn.Array) -> drawn.Array:
-    """As a camera stores it."""
-    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", image)[1], cv2.IMREAD_GRAYSCALE))
-
-
-def shadowed(strip: float, lit: drawn.Array, shadow: drawn.Array) -> drawn.Array:
-    """A strip before a wall with its hard shadow: of both the share of each pixel."""
-    wall, fold = 170.0 * (1.0 - 0.4 * shadow), lit
-    grey = cv2.GaussianBlur(wall + (strip - wall) * fold, (0, 0), 1.0) + np.random.default_rng(1).normal(
-        0.0, 2.0, wall.shape
-    )
-    return jpeg(np.clip(grey, 0.0, 255.0).astype(np.uint8))
-
-
-@pytest.mark.parametrize(("right", "down"), [(12.0, 10.0), (30.0, 15.0)])
-def test_a_shadow_beside_the_strip_is_refused(right: float, down: float) -> None:
-    """The fit to both edges gives an eta_b up to 2.4 times too high; a bright strip stands out from its shadow."""
-    lit = share("folded", 100.0)
-    shadow = cv2.warpAffine(lit, np.float64([[1, 0, right], [0, 1, down]]), SIZE)
-    with pytest.raises(TrackingError, match=r"a second edge along the strip.*is it a shadow"):
-        eta.from_image(shadowed(30.0, lit, shadow), SCALE, "fold")
-    found = eta.from_image(shadowed(240.0, lit, shadow), SCALE, "fold")
-    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
-
-
-@pytest.mark.parametrize(("top", "bottom"), [(342, 440), (20, 80)])
-def test_a_brighter_ruler_is_no_obstacle(top: int, bottom: int) -> None:
-    image = drawn.picture(share("folded", 100.0), strip=130.0).astype(np.float64)
-    image[top:bottom, 30:620] = 225.0
-    image[top : (top + bottom) // 2, 34:616:4] = 60.0
-    image = np.clip(image + np.random.default_rng(2).normal(0.0, 3.0, image.shape), 0.0, 255.0).astype(np.uint8)
-    found = eta.from_image(jpeg(image), SCALE, "fold")
-    assert found.interval[0] < true_eta(100.0) < found.interval[1]
-    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
-
-
 @pytest.mark.parametrize(
     ("curve", "method", "message"),
     [
@@ -228,55 +186,6 @@ def test_picture_without_the_strip_is_refused(curve: drawn.Array, method: str, m
         eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, method, "it.png")
 
 
-@pytest.fixture
-def photo(tmp_path: Path) -> dict[str, str]:
-    paths = {}
-    for kind, size in (("folded", 100.0), ("hanging", 2.0)):
-        paths[kind] = str(tmp_path / f"{kind}.png")
-        Image.fromarray(drawn.picture(share(kind, size))).save(paths[kind])
-    return paths
-
-
-def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    fold = ["eta", "--image", photo["folded"], "--scale", str(SCALE), "--method", "fold"]
-    target = tmp_path / "fit.png"
-    assert main([*fold, "--json", "--picture", str(target)]) == 0
-    values = json.loads(capsys.readouterr().out)
-    assert values["eta_b"] == pytest.approx(true_eta(100.0), rel=0.02)
-    assert values["eta_b_lower"] < values["eta_b"] < values["eta_b_upper"]
-    assert values["height"] == pytest.approx(91.38 * SCALE, rel=0.01)
-    with Image.open(target) as drawn_fit:
-        assert drawn_fit.format == "PNG"
-    known = Path(photo["folded"]).read_bytes()
-    assert main([*fold, "--picture", photo["folded"]]) == 2
-    assert "another file than the input" in capsys.readouterr().err
-    assert Path(photo["folded"]).read_bytes() == known
-    assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
-    text = capsys.readouterr().out
-    for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "slope ", "linear       yes", "secant"):
-        assert word in text
-
-
-def lines(fig: Figure, panel: int) -> dict[str, drawn.Array]:
-    return {str(line.get_label()): np.asarray(line.get_xydata()) for line in fig.axes[panel].lines}
-
-
-def test_figure_of_a_fit() -> None:
-    image = drawn.picture(share("hanging", 2.0))
-    found = eta.from_image(image, SCALE, "cantilever")
-    fig = eta_figure.draw(found)
-    above, below = lines(fig, 0), lines(fig, 1)
-    np.testing.assert_allclose(above["centreline"], 1e3 * SCALE * found.fit.line.points)
-    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.fit.curve)
-    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.fit.residual)
-    # Of a strip with a linear law, the other law is not drawn.
-    assert "_power" not in below
-    image = drawn.picture(share("folded", 100.0))
-    loop = eta.from_image(image, SCALE, "fold")
-    height = next(value for name, value in lines(eta_figure.draw(loop), 0).items() if name.startswith("height"))
-    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fit.height)
-
-
 def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
     """Units by hand: 1 gf = 9.80665e-3 N; L* = (rigidity / weight)^(1/3) is Peirce's bending length."""
     assert sf.eta_b(bending_length=0.03).gravity_length == pytest.approx(0.03)
@@ -292,32 +201,6 @@ def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
     assert np.isnan(by_rigidity.friction_moment)
     assert main(["eta", "--gsm", "130", "--kes-b", "0.05", "--kes-2hb", "0.04"]) == 0
     assert "0.0001961 N" in capsys.readouterr().out
-
-
-def test_values_of_fabrics_are_refused_in_another_unit() -> None:
-    """Of published fabrics, in the unit of the option and in that of the table or of the FAST system."""
-    text = (Path(__file__).parent.parent / "data/fabrics.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
-    assert len(rows) > 20
-    for row in rows:
-        kg, newtons = float(row["areal_density_kg_per_m2"]), float(row["B_N_m"])
-        kawabata = newtons / (9.80665e-3 * 1e-2)
-        right = [{"gsm": 1e3 * kg, "rigidity": newtons}, {"gsm": 1e3 * kg, "kes_b": kawabata}]
-        wrong = [
-            {"gsm": kg, "rigidity": newtons},
-            {"gsm": 1e3 * kg, "rigidity": 1e6 * newtons},
-            {"gsm": 1e3 * kg, "rigidity": kawabata},
-            {"gsm": 1e3 * kg, "kes_b": newtons},
-        ]
-        if row["2HB_N"]:
-            hysteresis = float(row["2HB_N"])
-            right.append({**right[1], "kes_2hb": hysteresis / 9.80665e-3})
-            wrong.append({**right[1], "kes_2hb": hysteresis})
-        for given in right:
-            assert sf.eta_b(**given).eta_b == pytest.approx(kg / newtons)
-        for given in wrong:
-            with pytest.raises(InvalidInputError, match="the unit is"):
-                sf.eta_b(**given)
 
 
 ETA_B, LENGTH, FLAT_END = 3780.0, 0.45, -0.2
@@ -347,13 +230,14 @@ def test_without_friction_shapes_are_those_of_the_elastica(share: float):
 def test_with_friction_shapes_are_those_of_the_rod():
     """Finite elements with the hysteresis itself, thin and hardly extensible: the friction shifts it by 0.19 L*."""
     z, moment, length = 4.0, 0.04, 24.0
-    steps, limit = static_limit(StripModel(length, 0.005, kind="rod"), z, moment, 1.5)
-    step = steps[-10]
-    curve = step.at.model.mid_surface(step.at.point.q) + np.array([0.5 * length, 0.0])
-    found, without = (with_friction.branch(z).shapes(m, curve[:1, 0], step.at.model.s)[0] for m in (moment, 0.0))
+    held = static_limit(StripModel(length, 0.005, kind="rod"), z, moment, 1.5)
+    problem, point = held.states[-10]
+    model = problem.model
+    curve = model.mid_surface(point.q) + np.array([0.5 * length, 0.0])
+    found, without = (with_friction.branch(z).shapes(m, curve[:1, 0], model.s)[0] for m in (moment, 0.0))
     np.testing.assert_allclose(found, curve, atol=8e-3)
     assert np.abs(without - curve).max() > 0.15
-    assert limit == pytest.approx(elastica.critical(z).advance + elastica.friction_delay(z) * moment, abs=0.03)
+    assert held.lam == pytest.approx(elastica.critical(z).advance + elastica.friction_delay(z) * moment, abs=0.03)
 
 
 def pinhole(depth: float, places: Array) -> Array:
@@ -424,10 +308,6 @@ def measured(
     return eta_motion.measure(asked, mapping(), tracks, event, event, True, (*by_hand, 1e-4))
 
 
-def test_the_cameras_place_follows_from_its_calibration():
-    np.testing.assert_allclose(eta_motion.camera_place(mapping()), [0.02, 0.15, 0.8], atol=1e-6)
-
-
 @pytest.mark.parametrize("depth", [0.0, 0.5 * WIDTH, WIDTH])
 def test_eta_b_and_depth_from_made_up_tracks(depth: float):
     """The described eta_b, which is two thirds of the true one, has no part in it."""
@@ -437,23 +317,6 @@ def test_eta_b_and_depth_from_made_up_tracks(depth: float):
     assert known.depth == pytest.approx(depth, abs=1e-3)
     assert known.low < ETA_B < known.high
     assert known.friction < 1e-3
-
-
-@pytest.mark.parametrize("off", [-0.015, 0.015])
-def test_a_wrong_flat_end_is_seen_in_the_shapes(off: float):
-    tracks = seen(0.5 * WIDTH)
-    assert not eta_motion.doubted(measured(tracks))
-    wrong = measured(tracks, off)
-    assert "are gripper.flat_end" in eta_motion.doubted(wrong)
-    assert eta_motion.numbers(wrong)["misfit"] > 0.012 * UNIT
-
-
-def test_the_interval_includes_an_error_of_the_flat_end():
-    tracks = seen(0.5 * WIDTH)
-    exact, by_hand = (measured(tracks, 0.002, sd, friction_moment=0.0, rho_a=0.2) for sd in ((0.0, 0.0), (1e-3, 1e-3)))
-    assert exact.low > ETA_B
-    assert by_hand.low < ETA_B < by_hand.high
-    assert by_hand.eta_b == exact.eta_b
 
 
 def test_friction_is_fitted_unless_it_is_described():

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -18,7 +17,6 @@ from stripfold import elastica
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.film import (
-    line_kernels,
     pictures,
     tracking,
 )
@@ -97,32 +95,6 @@ def test_uncertainty_matches_the_errors() -> None:
     assert np.mean(np.abs(scaled) < 1.96) > 0.88
 
 
-@pytest.mark.parametrize(("height", "leaves"), [(8, True), (18, False)])
-def test_what_holds_the_end_up_to_the_border_is_not_a_strip_that_leaves_the_picture(height: int, leaves: bool) -> None:
-    """A clamp as dark as the strip, which is 8 pixels wide, over the last 40 pixels."""
-    image = np.full((200, 480), 160, np.uint8)
-    image[96:104, 60:] = image[100 - height // 2 : 100 + height // 2, 440:] = 20
-    found = find(cv2.GaussianBlur(image, (0, 0), 1.0))
-    assert found.points[-1, 0] > 477.0
-    assert found.open_ends == (False, leaves)
-
-
-def test_found_through_a_run_until_the_sag_comes_close() -> None:
-    """Where the layers are about to touch only the picture before tells them apart."""
-    worst, scaled = 0.0, []
-    for i, state in enumerate([state for state in STATES[::3] if state.clearance * 33.0 > 12.0]):
-        curve = drawn.hook(state, 33.0, 340.0, 600.0, 14.5)
-        image = drawn.picture(drawn.coverage(curve, 5.0, SIZE), i)
-        line = find(image, curve[0])
-        off = drawn.errors(line.points, curve)
-        worst = max(worst, float(np.abs(off).max()))
-        scaled.append(off / line.sd)
-        assert np.hypot(*(line.points[0] - curve[0])) < 2.0
-        assert line.length == pytest.approx(drawn.length(curve), abs=3.0)
-    assert worst < 0.6
-    assert 0.7 < np.std(np.concatenate(scaled)) < 1.4
-
-
 def test_hidden_part_is_uncertain() -> None:
     hidden = drawn.picture(SHARES["arc", 6.0])
     centre = CURVES["arc"][300].astype(int)
@@ -184,29 +156,6 @@ def test_unusable_pictures(tmp_path: Path) -> None:
         pictures.read_grey(tmp_path / "none.png")
     with pytest.raises(InvalidInputError, match="each side 32"):
         pictures.read_grey(saved(tmp_path, np.zeros((8, 100), np.uint8), "tiny.png"))
-
-
-@pytest.mark.parametrize(("free", "end"), [(10, (406, 2592)), (15, (327, 2496)), (20, (137, 2129)), (25, (20, 2398))])
-def test_hairy_yarn_from_border_to_end(images: Path, free: int, end: tuple[int, int]) -> None:
-    """``end``: where the yarn ends, read off the pictures by eye."""
-    line = find(pictures.read_grey(images / "yarn_bending" / f"acrylic_{free}_1.jpg"))
-    assert line.open_ends == (True, False)
-    assert line.points[0, 0] < 3.0
-    assert np.hypot(*(line.points[-1] - end)) < 0.5 * np.median(line.width)
-    assert np.mean(line.score > 0.8) > 0.6
-
-
-@pytest.mark.parametrize("size", [7, 24, 150])
-def test_compiled_smoothing_solves_its_equations(size: int) -> None:
-    rng = np.random.default_rng(size)
-    values, weights, cutoff = rng.normal(size=(size, 2)), rng.uniform(0.0, 1.0, size), 12.0
-    third = np.diff(np.eye(size), 3, axis=0)
-    matrix = np.diag(weights + 1e-9) + (cutoff / (2.0 * np.pi)) ** 6 * third.T @ third
-    expected = np.linalg.solve(matrix, weights[:, None] * values)
-    np.testing.assert_allclose(line_kernels.smoothed(values, weights, cutoff), expected, atol=1e-9)
-    inverse = np.eye(size)
-    line_kernels.substitute(line_kernels.factor(weights, cutoff), inverse)
-    np.testing.assert_allclose(inverse, np.linalg.inv(matrix), rtol=1e-7, atol=1e-12)
 
 
 PERIOD = 1.0 / 20.0
@@ -312,33 +261,6 @@ def test_line_is_on_the_strip_from_the_gripped_end_to_a_fixed_lying_end(film: Fi
     assert np.ptp([line.points[-1] for line in lines], axis=0).max() < 1.5
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_wide_strip_whose_sag_hides_the_gap_to_the_lying_part(dark: bool) -> None:
-    strip, filming = ({"grey": 0.1, "edge": 0.14}, {"background": 0.75, "table": 0.65}) if dark else ({}, {})
-    wide = filmed(6, {"width": 0.08} | strip, **filming)
-    for line, true in zip(wide.track(), wide.curves, strict=True):
-        assert line is not None
-        # Seen is the middle of the band, behind the edge: higher up, and inside of the loop.
-        middle = 0.5 * float(np.median(line.width))
-        length = line_kernels.arc_length(true[true[:, 0] < line.points[-1, 0]])[-1]
-        assert line.length == pytest.approx(length - np.pi * middle, rel=0.05)
-        # Beyond its end is a clamp, as dark as a dark strip.
-        assert cKDTree(true).query(line.points[:-4])[0].max() < middle + 5.0
-        # The thin end at the gripper is part of it.
-        assert line.width[2] < 0.7 * middle
-
-
-def test_first_line_is_measured_until_it_is_on_its_own_layer_where_they_touch() -> None:
-    wide = filmed(5, {"width": 0.08})
-    lengths = []
-    for frame, end, corners in zip(wide.frames, wide.ends, wide.corners, strict=True):
-        line = wide.tracker()(frame, end, corners)
-        assert line is not None
-        lengths.append(line.length)
-    # One that dips into the other layer is 2 % longer.
-    assert np.ptp(lengths) < 0.005 * np.mean(lengths)
-
-
 @pytest.mark.parametrize("beyond", [-3, 40])
 def test_strip_described_longer_is_noticed_where_its_end_is_in_the_picture(beyond: int) -> None:
     """The end may be close to the border, or the border beyond a table's rim that looks a little like the strip."""
@@ -361,29 +283,10 @@ def test_passing_object_hides_but_does_not_mislead(film: Film, grey: int) -> Non
     assert sum(line is None for line in found) <= 4
 
 
-def test_object_moving_along_the_hanging_part_does_not_take_the_line_along(film: Film) -> None:
-    """As dark as the strip before a bright wall, upright like the part at the gripper, and slow."""
-    grey = int(film.frames[0].image[tuple(np.rint(film.curves[0][6])[::-1].astype(int))])
-    places = {3 + i: float(film.ends[0][0]) - 16.0 + 3.0 * i for i in range(15)}
-    found = film.track(film.behind_bar(places, 9.0, grey))
-    for k, line in enumerate(found):
-        if line is not None:
-            assert np.hypot(*(line.points[0] - film.ends[k])) < 0.5 * BAND + 2.0
-        if k >= 19:
-            film.assert_on_strip(k, line)
-
-
 def test_strip_is_lost_in_blank_frames_and_found_again(film: Film) -> None:
     found = film.track(film.blank(range(6, 8)))
     assert [i for i, line in enumerate(found) if line is None] == [6, 7]
     film.assert_on_strip(8, found[8])
-
-
-def test_strip_is_searched_until_it_is_there(film: Film) -> None:
-    found = film.track(film.blank(range(3)))
-    assert [line is None for line in found[:4]] == [True, True, True, False]
-    with pytest.raises(TrackingError, match="no strip was found"):
-        film.track(film.blank(range(26)))
 
 
 def test_strip_hidden_for_long_is_an_error(film: Film) -> None:
@@ -397,31 +300,3 @@ def test_strip_away_from_the_gripper_is_an_error(film: Film) -> None:
     assert tracker(film.frames[0], dropped, film.corners[0]) is None
     with pytest.raises(TrackingError, match="from where the gripper should hold it"):
         tracker(film.frames[11], dropped, film.corners[11])
-
-
-def test_strip_that_is_dim_next_to_the_gripper_is_followed_from_there(film: Film) -> None:
-    """Seen edge-on it may be thinner than a pixel; where nothing is seen the gripper has lost it."""
-    image, end, hanging = film.frames[0].image, film.ends[0], film.curves[0]
-    near = np.hypot(*(hanging - end).T) < 80.0
-    rows, columns = (
-        slice(round(end[1]) - 3, round(hanging[near][:, 1].max())),
-        slice(*np.rint(end[0] + [-12, 12]).astype(int)),
-    )
-    around = float(np.median(image[rows, columns]))
-    for contrast, holds in ((0.3, True), (0.0, False)):
-        dim = image.copy()
-        dim[rows, columns] = np.rint(around + contrast * (image[rows, columns] - around))
-        tracker = film.tracker()
-        line = tracker(replace(film.frames[0], image=dim), end, film.corners[0])
-        assert (line is not None) == holds
-        if line is not None:
-            film.assert_on_strip(0, line)
-            assert np.hypot(*(line.points[0] - end)) < 3.0
-
-
-def test_tight_bend_in_a_small_picture_stays_on_the_strip() -> None:
-    """The line would be a little shorter in each frame, until it has left the bend."""
-    small = filmed(20, {"width": 0.04}, eta_b=9000.0, size=[320, 240], defocus=1.0)
-    lengths = [line.length for line in small.track() if line is not None]
-    assert len(lengths) == 20
-    assert min(lengths) > 0.98 * lengths[0]

@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import base64
 import copy
 import json
 import pickle
 import shutil
-from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
 
 from filmed_truth import event_of
-from stripfold import cli, elastica
-from stripfold.base.arrays import Array, Mask
-from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
-from stripfold.base.material import GRAVITY, Material
+from stripfold import cli
+from stripfold.base.arrays import Mask
+from stripfold.base.errors import InvalidInputError, MeasurementError
 from stripfold.cli import main
 from stripfold.files import store
-from stripfold.film import measure, recording, report, snap, video
+from stripfold.film import measure, recording, report
 from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.camera_motion import Shift
-from stripfold.film.measure import RecordingMeasurement, model_value
+from stripfold.film.measure import RecordingMeasurement
 from stripfold.film.recording import Entries, ManualOnset, Recording
 from stripfold.film.tracking import Tracks, track
 from stripfold.synthetic.recording import history_of, write_recording
@@ -246,17 +242,6 @@ def test_a_measurement_goes_through_pickle(found: RecordingMeasurement):
         hash(result)
 
 
-def test_repeated_frames_of_a_film_that_codes_changes_are_noticed(tmp_path: Path):
-    asked, _, tracks = made(tmp_path / "recording", {"codec": "mpeg4", "container": "mp4", "doubled": 0.1})
-    shown = np.array(json.loads((asked.folder / "truth.json").read_text(encoding="utf-8"))["frames"]["shown"])
-    first, last = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
-    moving = (tracks.timing.time > first) & (tracks.timing.time < last)
-    repeated = moving & (np.diff(shown, prepend=-1.0) <= 0.0)
-    assert repeated.sum() > 5
-    np.testing.assert_array_equal(tracks.timing.doubled[moving], repeated[moving])
-    assert any("frames repeat the one before" in text for text in tracks.timing.problems)
-
-
 def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: RecordingMeasurement):
     flat_end = snapping[0].entries.gripper.flat_end
     moved = evaluated(snapping, gripper={"flat_end": flat_end + 0.01})
@@ -265,24 +250,6 @@ def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snappin
     tracks = replace(snapping[2], gripped_end=mirror * snapping[2].gripped_end, points=mirror * snapping[2].points)
     other = evaluated(snapping, tracks, gripper={"direction": -1, "flat_end": -flat_end}, robot_log=None)
     assert other.event == pytest.approx(found.by_video)
-
-
-@pytest.mark.parametrize("log", [True, False])
-def test_the_interval_includes_what_is_measured_by_hand(snapping: Made, found: RecordingMeasurement, log: bool):
-    """Unless less is stated, as in a synthetic recording."""
-    stated = evaluated(snapping, **({} if log else {"robot_log": None}))
-    entries = snapping[0].entries.model_dump(mode="json", exclude_unset=True)
-    del entries["gripper"]["flat_end_uncertainty"], entries["gripper"]["marker"]["offset_uncertainty"]
-    if not log:
-        del entries["robot_log"]
-    for error in (-1.9e-3, 1.9e-3):
-        entries["gripper"]["flat_end"] = snapping[0].entries.gripper.flat_end + error
-        unstated = measure.evaluate(Recording(snapping[0].folder, Entries.of(entries)), *snapping[1:])
-        low, high = unstated.interval
-        assert low < stated.event < high
-        # With a log the offset has a part in the clocks only.
-        assert unstated.sd == pytest.approx(1.02e-3 if log else 1.44e-3, rel=0.05)
-    assert stated.interval[1] - stated.interval[0] < 1e-3
 
 
 def test_manual_onset_is_used_and_recorded(snapping: Made, found: RecordingMeasurement, tmp_path: Path):
@@ -324,24 +291,12 @@ def copied(made: Made, folder: Path) -> Path:
     return Path(shutil.copytree(made[0].folder, folder, ignore=shutil.ignore_patterns("result")))
 
 
-def change_log(folder: Path, change: Callable[[Array], Array]) -> None:
-    rows = np.loadtxt(folder / "robot.csv", delimiter=",", skiprows=1)
-    np.savetxt(folder / "robot.csv", change(rows), "%.9f", ",", header="t,x,z", comments="")
-
-
 def test_truncated_film_is_refused(snapping: Made, tmp_path: Path):
     folder = copied(snapping, tmp_path / "cut")
     film = folder / snapping[0].entries.video
     film.write_bytes(film.read_bytes()[: film.stat().st_size * 7 // 10])
     with pytest.raises(MeasurementError, match=r"the last frame is at \d\.\d\d s, its header says"):
         track(Recording(folder, snapping[0].entries), snapping[1])
-
-
-def test_log_with_another_origin_is_refused(snapping: Made, tmp_path: Path):
-    folder = copied(snapping, tmp_path / "moved")
-    change_log(folder, lambda rows: rows + np.array([0.0, 0.025, 0.0]))
-    with pytest.raises(MeasurementError, match=r"lambda by the log is \+2\d\.\d mm from that by the video"):
-        measure.evaluate(Recording(folder, snapping[0].entries), *snapping[1:])
 
 
 def test_drift_and_missing_frames_are_flagged(snapping: Made, found: RecordingMeasurement):
@@ -352,22 +307,6 @@ def test_drift_and_missing_frames_are_flagged(snapping: Made, found: RecordingMe
     assert any("is not seen for" in flag.text for flag in fewer.flags)
     assert fewer.sd > 1.3 * found.sd
     assert abs(fewer.event - found.event) < 3.0 * fewer.sd
-
-
-def test_strip_may_be_lost_once_it_has_landed(snapping: Made, found: RecordingMeasurement):
-    """There the layers hide each other; before, it is the error of the tracker."""
-    tracks, peak = snapping[2], found.motion.t[found.motion.peak]
-    error = TrackingError("video", "the strip is lost", "the strip in view", "light it")
-    for end, holds in ((peak + 0.12, True), (found.event_time - 0.2, False)):
-        gone = tracks.strip_time > end
-        assert gone.any()
-        points = np.where(gone[:, None, None], np.nan, tracks.points)
-        known = replace(tracks, points=points, strip_time=np.where(gone, np.nan, tracks.strip_time), lost=error)
-        if holds:
-            assert evaluated(snapping, known).event == pytest.approx(found.event, abs=2e-4)
-        else:
-            with pytest.raises(TrackingError, match="the strip is lost"):
-                evaluated(snapping, known)
 
 
 def test_strip_without_a_snap_gives_a_bound(snapping: Made):
@@ -393,28 +332,6 @@ def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
         evaluated(longer, late, robot_log=None)
 
 
-def test_the_models_value_is_shown_beside_the_measured_one(snapping: Made, found: RecordingMeasurement):
-    unit = Material(3780.0).gravity_length
-    assert found.model.without_friction == pytest.approx(elastica.critical(0.1 / unit).advance * unit)
-    assert np.isnan(found.model.low)
-    assert np.isnan(found.model.with_friction)
-    moment = 0.01 * 0.2 * GRAVITY * unit**2  # 0.01 rho_a g L*^2
-    strip = {"eta_b_interval": [3600.0, 4000.0], "friction_moment": moment, "rho_a": 0.2}
-    known = evaluated(snapping, strip=strip)
-    # lambda_c grows with L* at a given height: the softest strip has the least.
-    ends = [elastica.critical(0.1 / u).advance * u for u in (Material(e).gravity_length for e in (4000.0, 3600.0))]
-    assert [known.model.low, known.model.high] == pytest.approx(ends)
-    assert known.model.with_friction - known.model.without_friction == pytest.approx(0.0974 * unit, rel=0.01)
-    numbers = known.to_dict()
-    assert numbers["lambda_model"] == known.model.without_friction
-    assert numbers["lambda_model_friction"] == known.model.with_friction
-    shown = str(known)
-    assert f"{1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm from that of eta_b" in shown
-    assert "with the fabric's friction" in shown
-    none = model_value(changed(snapping[0].entries, strip={"eta_b": 100.0}))
-    assert np.isnan(none.without_friction)
-
-
 def test_dataset_and_report_hold_the_result(found: RecordingMeasurement, tmp_path: Path):
     data = found.to_dataset()
     store.write(data, tmp_path / "measured.nc", title="test")
@@ -435,37 +352,6 @@ def test_dataset_and_report_hold_the_result(found: RecordingMeasurement, tmp_pat
     assert page.count("<svg") == 1
     assert page.count('src="data:video/mp4;base64,') == page.count('poster="data:image/jpeg;base64,') == 1
     assert "<script" not in page
-
-
-def picture_of(text: str) -> Array:
-    return cv2.imdecode(np.frombuffer(base64.b64decode(text), np.uint8), cv2.IMREAD_COLOR)
-
-
-def test_montage_shows_the_strip_at_its_times(snapping: Made, found: RecordingMeasurement):
-    shown = report.pictures(found)
-    times = snapping[2].timing.time
-    assert len(shown.montage) == len(report.MONTAGE_TIMES)
-    for (label, _), asked in zip(shown.montage, report.MONTAGE_TIMES, strict=True):
-        assert float(label.removesuffix(" s")) == pytest.approx(asked, abs=0.5 / 25.0 + 0.006)
-        assert np.abs(times - found.event_time - float(label.removesuffix(" s"))).min() < 0.006
-    tile, poster = picture_of(shown.montage[3][1]), picture_of(shown.poster)
-    assert tile.shape[1] == report.TILE
-    assert tile.shape[0] / tile.shape[1] < 0.95 * 240 / 320  # cropped to the strip
-    assert poster.shape[:2] == (240, 320)
-    with video.read(found.recording.video) as frames:
-        difference = [np.abs(poster.mean(axis=2) - frame.image).mean() for frame in frames]
-    assert times[int(np.argmin(difference))] == pytest.approx(found.event_time, abs=0.5 / 25.0)
-
-
-def test_command_line(snapping: Made, found: RecordingMeasurement, capsys: pytest.CaptureFixture[str]):
-    folder = snapping[0].folder
-    assert cli.main(["measure", str(folder), "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["lambda_event"] == pytest.approx(found.event, abs=1e-9)
-    assert said["lambda_low"] < said["lambda_event"] < said["lambda_high"]
-    assert said["synthetic"] is True
-    assert (folder / "result" / "report.html").is_file()
-    assert (folder / "result" / "measurement.nc").is_file()
 
 
 def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made, capsys: pytest.CaptureFixture[str]):

@@ -19,7 +19,6 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.film import (
     video,
 )
-from stripfold.film.video import Timing
 
 BASE = Fraction(1, 600)
 
@@ -57,23 +56,6 @@ def test_times_and_greys(films: dict[str, Path], codec: str) -> None:
         assert abs(difference.mean()) < 0.5
         assert not frame.image.flags.writeable
     assert reader.report.problems == ()
-
-
-@pytest.mark.parametrize(
-    ("fmt", "codec", "most"),
-    [
-        ("yuv420p", "ffv1", 1),
-        ("yuv422p10le", "ffv1", 1),
-        ("bgr0", "ffv1", 1),
-        ("gray", "ffv1", 0),
-        ("gray10le", "ffv1", 1),
-    ],
-)
-def test_greys_of_other_formats(tmp_path: Path, fmt: str, codec: str, most: int) -> None:
-    ramp = np.tile(np.arange(256, dtype=np.uint8), (32, 1))
-    path = write_video(tmp_path / "ramp.mkv", codec, [ramp], [0], Fraction(1, 30), fmt)
-    frame = next(video.read(path))
-    assert np.abs(frame.image.astype(int) - ramp).max() <= most
 
 
 def test_wrong_number_of_frames_in_a_header(images: Path) -> None:
@@ -141,19 +123,6 @@ def test_a_folder_of_frames(tmp_path: Path, suffix: str) -> None:
     (folder / "9.png").write_bytes(b"")
     with pytest.raises(InvalidInputError, match="pad the numbers with zeros"):
         video.read(folder, stamps)
-
-
-@pytest.mark.parametrize("turn", [90, 180, 270])
-def test_rotated_as_the_header_says(films: dict[str, Path], tmp_path: Path, turn: int) -> None:
-    data = bytearray(films["libx264"].read_bytes())
-    one, angle = 65536, np.deg2rad(turn)
-    c, s = round(np.cos(angle)) * one, round(np.sin(angle)) * one
-    struct.pack_into(">9i", data, data.index(b"tkhd") + 44, c, s, 0, -s, c, 0, 0, 0, 1 << 30)
-    (tmp_path / "turned.mp4").write_bytes(data)
-    _, shown = cv2.VideoCapture(str(tmp_path / "turned.mp4")).read()
-    frame = next(video.read(tmp_path / "turned.mp4"))
-    assert frame.image.shape == shown.shape[:2]
-    assert np.abs(frame.image.astype(int) - cv2.cvtColor(shown, cv2.COLOR_BGR2GRAY)).max() <= 2
 
 
 def refused(path: Path, match: str) -> None:
@@ -266,18 +235,6 @@ def test_damage_is_flagged(tmp_path: Path, codec: str) -> None:
     assert sum(np.array_equal(frame.image, clean[frame.time]) for frame in frames) >= 3
 
 
-def test_times_that_go_back(films: dict[str, Path], tmp_path: Path) -> None:
-    """The third block of a Matroska file gets the time of the first."""
-    data = bytearray(films["ffv1"].read_bytes())
-    with av.open(films["ffv1"]) as container:
-        packets = [packet for packet in container.demux(video=0) if packet.size]
-    place = packets[2].pos + 1  # a block: its track, then its time
-    assert data[place - 1 : place + 2] == b"\x81" + packets[2].pts.to_bytes(2, "big")
-    data[place : place + 2] = b"\x00\x00"
-    (tmp_path / "back.mkv").write_bytes(data)
-    refused(tmp_path / "back.mkv", "times that increase")
-
-
 def test_stopping_early_ends_the_decoder(films: dict[str, Path]) -> None:
     reader = video.read(films["ffv1"])
     next(reader)
@@ -286,21 +243,3 @@ def test_stopping_early_ends_the_decoder(films: dict[str, Path]) -> None:
     assert process.returncode is not None
     with pytest.raises(StopIteration):
         next(reader)
-
-
-def test_dropped_and_doubled_frames() -> None:
-    time = np.delete(np.arange(100) / 30.0, [40, 41, 70])
-    doubled = np.zeros(97, dtype=bool)
-    doubled[10] = True
-    found = Timing.of(time, doubled)
-    assert found.dropped.tolist() == [40, 68]
-    assert not found.variable
-    assert found.problems == ("1 frames repeat the one before", "frames are missing in 2 places")
-
-
-def test_a_rate_that_varies() -> None:
-    rng = np.random.default_rng(0)
-    time = np.cumsum(rng.uniform(0.02, 0.05, 200))
-    assert Timing.of(time, np.zeros(200, dtype=bool)).variable
-    jitter = np.arange(200) / 30 + rng.normal(0.0, 1e-3, 200)
-    assert not Timing.of(jitter, np.zeros(200, dtype=bool)).variable

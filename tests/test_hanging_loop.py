@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -11,7 +9,6 @@ from scipy.integrate import solve_bvp
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
-from stripfold.cli import main
 from stripfold.elastica import hanging_loop
 
 SLOPES = {"heart": 0.5 * np.pi, "pear": -0.5 * np.pi}
@@ -79,16 +76,3 @@ def test_refused(arguments: tuple[str, float, float], key: str):
     with pytest.raises(InvalidInputError) as error:
         elastica.eta_b_from_hanging_loop(*arguments)
     assert error.value.key == key
-
-
-def test_command_line(capsys: pytest.CaptureFixture[str]):
-    asked = ["eta", "--loop", "heart", "--length", "0.2", "--height", "0.07"]
-    assert main([*asked, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["eta_b"] == elastica.eta_b_from_hanging_loop("heart", 0.2, 0.07)
-    assert main([*asked[:-1], "0.11"]) == 2
-    assert "height = 0.11 cannot be used" in capsys.readouterr().err
-    assert main(asked[:-2]) == 2
-    assert "a height together with loop" in capsys.readouterr().err
-    assert main(["eta", "--fold-height", "0.03", "--length", "0.2"]) == 2
-    assert "only together with loop" in capsys.readouterr().err

@@ -15,61 +15,12 @@ import numpy as np
 import pytest
 
 import stripfold
-from oracles.kernels import RodReference, SolidReference
 from stripfold import kernels
 from stripfold.solve.linear import Band
-from stripfold.strip.model import Model
-from stripfold.strip.rod import Rod
-from stripfold.strip.solid import Solid
-
-ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
-MODELS = {
-    "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
-    "solid": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS),
-}
 
 
 def close(found: np.ndarray, expected: np.ndarray) -> None:
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
-
-
-@pytest.fixture(params=MODELS)
-def both(request: pytest.FixtureRequest) -> tuple[Model, RodReference | SolidReference, list[np.ndarray]]:
-    """A strip, its reference, and three of its states."""
-    model = MODELS[request.param]()
-    rng = np.random.default_rng(4)
-    states = [0.1 * rng.standard_normal(model.size) for _ in range(3)]
-    return model, RodReference(model) if isinstance(model, Rod) else SolidReference(model), states
-
-
-@pytest.mark.parametrize("with_stress", [False, True])
-def test_force_and_tangent(both, with_stress):
-    model, reference, (q0, q1, dq) = both
-    stress = reference.predict_stress(q0, dq) if with_stress else None
-    force, tangent = model.force_and_tangent(q1, stress)
-    expected = reference.force_and_tangent(q1, stress)
-    close(force, expected[0])
-    close(tangent.flat, expected[1].flat)
-    close(model.internal_force(q1), expected[0])
-
-
-@pytest.mark.parametrize("with_stress", [False, True])
-@pytest.mark.parametrize("kappa", [0.0, 0.7])
-def test_force_over_a_step(both, kappa, with_stress):
-    model, reference, (q0, q1, dq) = both
-    stress = reference.predict_stress(q0, dq) if with_stress else None
-    force, tangent = model.force_over_step(q0, q1, kappa, stress)
-    expected = reference.force_over_step(q0, q1, kappa, stress)
-    close(force, expected[0])
-    close(tangent.flat, expected[1].flat)
-
-
-def test_stress_energy_and_distance(both):
-    model, reference, (q0, q1, dq) = both
-    stress = model.predict_stress(q0, dq)
-    close(stress, reference.predict_stress(q0, dq))
-    assert model.energy(q0) == pytest.approx(reference.energy(q0), rel=1e-13)
-    assert model.strain_distance(q0, q1) == pytest.approx(reference.strain_distance(q0, q1), rel=1e-13)
 
 
 def banded(n: int, width: int, shift: float) -> np.ndarray:

@@ -79,20 +79,6 @@ def test_the_planned_states_are_on_the_path(plan: RPath) -> None:
     assert np.linalg.norm(steps, axis=1).max() < 0.7
 
 
-def test_planned_mid_surfaces(plan: RPath) -> None:
-    for state in plan.states[::9]:
-        s, places = state.mid_surface(60)
-        assert np.all(np.diff(s) <= 1e-9)
-        assert s[0] == pytest.approx(20.0)
-        assert s[-1] == pytest.approx(0.0, abs=1e-9)
-        np.testing.assert_allclose(places[0], [10.0, 0.0], atol=1e-12)
-        np.testing.assert_allclose(places[-1], state.gripper, atol=1e-9)
-        # The strip is inextensible: chords are as long as their arcs, except for their curvature.
-        chords = np.linalg.norm(np.diff(places, axis=0), axis=1)
-        np.testing.assert_allclose(chords, -np.diff(s), atol=1e-4)
-        assert places[:, 1].min() > -1e-9
-
-
 def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
     """It touches lambda_c(z) at one point and does not cross it."""
     carry = plan.path.pieces[1]

@@ -20,9 +20,7 @@ from stripfold.ask.map import gripper_map
 from stripfold.ask.plan import FoldingPlan
 from stripfold.base.errors import InvalidInputError, NoPathError
 from stripfold.cli import main
-from stripfold.paths.curve import polygon_length
 from stripfold.paths.geometric import triangular
-from stripfold.paths.motion import timed
 
 ETA_B = 3780.0
 LIMIT = 1.5861708
@@ -44,20 +42,6 @@ def plan(strip: sf.Strip) -> FoldingPlan:
 
 def asked(**given: Any) -> PlanInputs:
     return PlanInputs(**{"length": 0.5, "eta_b": ETA_B, **given})
-
-
-def times(places: Any, speed: float, acceleration: float) -> Any:
-    return timed(polygon_length(places), places, speed, acceleration).t
-
-
-class TestMotion:
-    def test_speed_rises_and_falls_linearly_on_a_line(self) -> None:
-        line = np.linspace([0.0, 0.0], [0.0, 0.3], 61)
-        found = times(line, 0.1, 0.2)
-        assert found[-1] == pytest.approx(0.3 / 0.1 + 0.1 / 0.2, abs=1e-12)
-        early = line[:, 1] <= 0.1**2 / (2.0 * 0.2)
-        np.testing.assert_allclose(line[early, 1], 0.5 * 0.2 * found[early] ** 2, atol=1e-12)
-        assert times(line, 10.0, 0.2)[-1] == pytest.approx(2.0 * np.sqrt(0.3 / 0.2), abs=1e-12)
 
 
 class TestMargin:
@@ -141,12 +125,6 @@ class TestFriction:
         scale = given.material.force_scale * star(ETA_B)
         assert 0.7 < float(about[1]) / (1.25 * moment * scale) < 1.4
 
-    def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
-        command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]
-        for bad in ("x", "1,2,3", "0", "0.001,0"):
-            assert main([*command, bad]) == 2
-            assert "_" in capsys.readouterr().err
-
 
 class TestFiles:
     def test_angles(self, plan: FoldingPlan) -> None:
@@ -181,13 +159,6 @@ class TestFiles:
         back = sf.paths.read(csv, sf.Strip(length=0.26, eta_b=ETA_B))
         assert len(back.curve.pieces) == 3
 
-    def test_as_a_result(self, plan: FoldingPlan, tmp_path: Path) -> None:
-        plan.to_netcdf(tmp_path / "plan.nc")
-        assert plan.to_dataset().gripper_time.size == len(plan.waypoints)
-        (ax,) = plan.plot().axes
-        assert len(ax.lines) == 14  # with the floor
-        assert "low" in str(plan)
-
 
 class TestReport:
     def test_a_page_in_one_file(self, plan: FoldingPlan, tmp_path: Path) -> None:
@@ -200,13 +171,3 @@ class TestReport:
         assert page.count('class="worst"') == 1
         # Nothing is loaded from elsewhere.
         assert not re.search(r"""(src|href)\s*=\s*["'](?!#|data:)|url\((?!#)|<script|@import""", page)
-
-    def test_option(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-        page = tmp_path / "plan.html"
-        command = ["plan", "--length", "0.26", "--eta-b", "3780", "--report"]
-        assert main([*command, str(tmp_path / "plan.pdf")]) == 2
-        assert main([*command, str(page), "--margin", "0.05"]) == 6
-        assert not any(tmp_path.iterdir())
-        assert main([*command, str(page)]) == 0
-        assert str(page) in capsys.readouterr().out
-        assert "Not chosen" in page.read_text(encoding="utf-8")

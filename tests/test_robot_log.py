@@ -12,8 +12,7 @@ import stripfold as sf
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.files.tables import read_table
-from stripfold.paths import FoldPath
-from stripfold.paths.table import LogFormat, smoothed
+from stripfold.paths.table import LogFormat
 
 STRIP = sf.Strip(length=0.45, eta_b=3780.0)
 ROWS = np.array([[0.0, -0.225, 0.0], [1.0, -0.1, 0.15], [2.0, 0.0, 0.2], [3.5, 0.1, 0.15]])
@@ -65,17 +64,6 @@ def test_one_reader_reads_them_all(tmp_path: Path, data: bytes) -> None:
     assert read_table("path", file, "t,x,z", (2, 10)).numbers().tolist() == ROWS.tolist()
 
 
-@pytest.mark.parametrize("columns", ["time,tcp x,tcp z", "2,3,5", "TIME,3,tcp z"])
-def test_columns_by_name_or_number(tmp_path: Path, columns: str) -> None:
-    t, x, z = ROWS.T
-    rows = np.column_stack([np.arange(4), t, x, 0.0 * x, z])
-    names = columns.split(",")
-    for header in ("n,time,tcp x,tcp y,tcp z", ""):
-        file = write(tmp_path / "log.csv", rows, header)
-        if header or columns == "2,3,5":
-            assert read_table("path", file, "t,x,z", (2, 10), names).numbers().tolist() == ROWS.tolist()
-
-
 @pytest.mark.parametrize(
     ("text", "columns", "says"),
     [
@@ -97,10 +85,6 @@ def test_tables_without_the_columns(tmp_path: Path, text: str, columns: tuple[st
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInputError, match=says):
         read_table("path", file, "t,x,z", (2, 10), columns).numbers()
-
-
-def end(path: FoldPath) -> Array:
-    return path.curve.position(path.curve.length)
 
 
 def test_columns_unit_and_frame(tmp_path: Path) -> None:
@@ -159,21 +143,6 @@ def test_what_is_no_format(given: dict[str, str], says: str) -> None:
         LogFormat(**given)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("move", "says"),
-    [
-        ([0.0, 0.0, 0.003], "starts 0 mm in x and 3 mm in z off"),
-        ([0.0, 0.001, 0.0], "starts 1 mm in x and 0 mm in z off"),
-    ],
-)
-def test_a_log_that_is_a_little_off_is_moved(tmp_path: Path, move: list[float], says: str) -> None:
-    found = sf.paths.read(write(tmp_path / "log.csv", ROWS + np.array(move)), STRIP)
-    (warning,) = found.curve.warnings
-    assert says in warning
-    np.testing.assert_allclose(end(found), [0.1, 0.15], atol=1e-9)
-    assert found.curve.position(0.0) == pytest.approx([-0.225, 0.0])
-
-
 def logged(kind: str, noise: float, seed: int = 0) -> tuple[Array, Array]:
     """A planned path as a robot logs it, shape (1201, 3), with noise; and the path without."""
     curve = getattr(sf.paths, kind)(STRIP).curve
@@ -199,16 +168,3 @@ def test_noise_is_smoothed_to_a_tolerance(tmp_path: Path, kind: str) -> None:
     # By the log's times: the robot is slow at both ends.
     t = verdicts[0].critical[0]["t"] / 10.0
     assert t**2 * (3.0 - 2.0 * t) == pytest.approx(verdicts[1].critical[0]["t"], abs=5e-3)
-
-
-def test_smoothing_keeps_within_the_tolerance() -> None:
-    rows, true = logged("triangular", 2e-4, seed=3)
-    found, keep = smoothed(rows[:, 1:], 1e-3)
-    apart = np.linalg.norm(found - rows[:, 1:], axis=1).max()
-    assert 0.8e-3 < apart <= 1e-3
-    steps = np.linalg.norm(np.diff(found[keep], axis=0), axis=1)
-    assert steps.min() >= 1e-3 - 1e-12
-    assert keep[[0, -1]].all()
-    few, all_kept = smoothed(true[::200], 1e-3)
-    assert few is not None
-    assert all_kept.all()

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -13,13 +10,9 @@ import stripfold as sf
 from stripfold.ask.second_gripper import before_snap, hold, stable_advance
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.cli import main
-from stripfold.files import store
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End, Track
 from stripfold.strip.problem import AlongX, TwoGrippers
-
-ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]
 
 
 def advance(run: Track, free: float) -> float:
@@ -97,23 +90,6 @@ def test_a_snap_behind_the_touch() -> None:
     assert (first, last) == (End.SNAP, End.TOUCH)
     assert snap - unheld.lam == pytest.approx(0.415, abs=0.01)
     assert end == 20.0
-
-
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*ASKED, "0.09", "--second-gripper", "auto"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    second = found["second_gripper"]
-    assert not second["snap"]
-    assert second["end"] == pytest.approx(found["lambda_c"] + second["gain"], rel=1e-4)
-    assert main([*ASKED, "0.15", "--second-gripper", "0.06"]) == 0
-    given = json.loads(capsys.readouterr().out)["second_gripper"]
-    assert given["snap"]
-    assert 0.0 < given["gain"] < 0.01
-    assert main([*ASKED[:-2], "--height", "0.03", "--second-gripper", "auto"]) == 0
-    assert "none is needed" in capsys.readouterr().out
-    strip = sf.Strip(length=0.6, eta_b=3780.0)
-    strip.critical(0.15, model="rod", second_gripper=0.06).to_netcdf(tmp_path / "point.nc")
-    assert float(store.read(tmp_path / "point.nc")["second_gain"]) == pytest.approx(given["gain"], rel=1e-3)
 
 
 @pytest.mark.parametrize("place", [0.0, -0.01, 1.27e-61, 1e-6, 0.4, "middle", True, float("nan")])

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ import stripfold as sf
 from stripfold import elastica
 from stripfold.ask.second_gripper import before_snap, hold, second_on_path
 from stripfold.base.material import Material
-from stripfold.cli import main
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End
@@ -53,19 +50,3 @@ def test_the_place_of_the_mode_lays_the_strip_down_and_one_near_the_gripper_does
     assert not auto.snap
     assert near.snap
     assert auto.gain > 5.0 * near.gain > 0.0
-
-
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file, data = tmp_path / "path.csv", tmp_path / "path.nc"
-    sf.paths.triangular(LONG).to_csv(file)
-    asked = ["assess", str(file), "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--second-gripper"]
-    assert main([*asked, "auto", "--json", "--output", str(data)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    second, (event,) = found["second_gripper"], found["critical"]
-    assert not second["snap"]
-    assert second["t"] < event["t"] < second["end_t"]
-    assert found["units"]["end_x"] == "m"
-    assert data.is_file()
-    assert main([*asked, "0.03"]) == 0
-    assert "snap         yes" in capsys.readouterr().out.replace("  snap ", "snap   ")
-    assert main([*asked, "auto", "--check"]) == 1

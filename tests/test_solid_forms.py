@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.follow.static import StripModel, solve_height
+from stripfold.follow.statics import StripModel, solve_height
 from stripfold.strip.reference import Reference
 from stripfold.strip.solid import Solid
 

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from oracles.branches import check_branch
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss, branches, breaking
 from stripfold.base.errors import ContinuationError, NewtonError
@@ -31,6 +32,7 @@ def points_until(problem: Problem, options: StepOptions, until: Callable[[Point]
     for point in islice(continuation.follow(problem, first, options), n):
         points.append(point)
         if until(point):
+            check_branch(problem, points, tolerance=options.newton.force_tolerance * 1e2)
             return points
     raise AssertionError("the end was not reached")
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from oracles import lee_frame
+from oracles.branches import check_branch
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss
 from stripfold.solve import continuation, critical
@@ -26,6 +27,7 @@ def bracket(problem: Problem, options: StepOptions) -> tuple[Point, Point]:
     """The last accepted point before and the first past the critical point."""
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     for before, after in islice(pairwise(continuation.follow(problem, first, options)), 300):
+        check_branch(problem, [before, after], tolerance=options.newton.force_tolerance * 1e2)
         if critical.is_past(after, before):
             return before, after
     raise AssertionError("not reached")

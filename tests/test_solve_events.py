@@ -10,6 +10,7 @@ from math import inf, sqrt
 import numpy as np
 import pytest
 
+from oracles.branches import check_branch
 from oracles.toys import NONE, Truss
 from stripfold.solve import continuation
 from stripfold.solve.continuation import Crossing, Event, StepOptions
@@ -35,6 +36,7 @@ def followed(events: Sequence[Event], options: StepOptions = STEPS, depth: float
         out.append(item)
         if isinstance(item, Point) and item.q[1] < -depth:
             break
+    check_branch(problem, [item for item in out if isinstance(item, Point)])
     return out
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -131,15 +129,6 @@ def test_in_si(tmp_path) -> None:
         np.testing.assert_array_equal(np.isfinite(stored[name].values), hangs)
     assert (stored["eigenvalue"].values[hangs] > 0.0).all()
     assert len(in_si.plot().axes) == 1
-
-
-def test_command(capsys, tmp_path) -> None:
-    data, picture = tmp_path / "map.nc", tmp_path / "map.png"
-    assert main([*STRIP, "--json", "--output", str(data), "--plot", str(picture)]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["touch_limit"] == pytest.approx(0.04757, abs=1e-5)
-    assert data.is_file()
-    assert picture.is_file()
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
-import numpy as np
 import pytest
 
 import stripfold as sf
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError
-from stripfold.cli import main
-from stripfold.files import store
 
 STRIP = sf.Strip(length=0.6, eta_b=3780.0)
 
@@ -32,20 +26,6 @@ def test_the_ends_are_those_of_strips_with_such_an_eta_b(model, height: float, o
         assert advance == pytest.approx(other.lambda_c if snap else other.lambda_touch, rel=off)
         assert margin == pytest.approx(height - elastica.touch_limit() * strip.gravity_length)
     assert ends.snap == ((True, True) if height > 0.05 else (False, True))
-
-
-def test_it_is_printed_and_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.049", "--model", "elastica"]
-    assert main([*asked, "--eta-b-uncertainty", "0.2"]) == 0
-    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("eta_b")]
-    assert "touch at 0.27" in rows[0]
-    assert rows[0].endswith("below the touch limit")
-    assert "snap at 0.24" in rows[1]
-    assert rows[1].endswith("above the touch limit")
-    assert main([*asked, "--json"]) == 0
-    assert "eta_b_range" not in json.loads(capsys.readouterr().out)
-    STRIP.critical(0.049, model="elastica", eta_b_uncertainty=0.2).to_netcdf(tmp_path / "point.nc")
-    np.testing.assert_array_equal(store.read(tmp_path / "point.nc")["end_snap"], [0.0, 1.0])
 
 
 @pytest.mark.parametrize(("length", "uncertainty", "key"), [(0.6, 1.0, "eta_b_uncertainty"), (0.22, 0.5, "length")])

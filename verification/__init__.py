@@ -16,15 +16,10 @@ CHAPTERS = {
         "explorer branches"
     ),
     "Folding paths and friction": (
-        "schemes modes lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics "
-        "friction_margin fabric_laws textile_law layer_friction random_paths"
+        "dynamics lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics fabric_laws layer_friction"
     ),
-    "Recordings": (
-        "calibration centrelines strip_looks camera_bump markerless eta_pictures recordings_accuracy video_benchmark"
-    ),
-    "Accuracy and speed": (
-        "benchmark accuracy fall_accuracy estimates hard_cases effects profiling sweeps folding_plans peers"
-    ),
+    "Recordings": ("public_pictures altered_films eta_pictures recordings_accuracy video_benchmark"),
+    "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),
 }
 """The studies by chapter of the page of numbers, separated by spaces."""
 STUDIES = tuple(name for names in CHAPTERS.values() for name in names.split())

@@ -1,16 +1,16 @@
 """The energy barrier between the stable and the unstable state of one gripper place, over the distance to lambda_c.
 
 On the elastica from the energies of both states and from the difference of their horizontal forces, whose integral
-over lambda it is; on the rod and the solid from their forces, and the coefficient of its law from their limit point.
-The energies of two states of the rod or the solid have different errors, as their elements differ.
+over lambda it is; on the rod and the solid the coefficient of its law, from their limit point.
 Lengths in L*, energies per width in rho_a g L*^2.  Source: docs/physics.md, section 5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import lru_cache, partial
-from math import isnan, nan, sqrt
+from collections.abc import Sequence
+from functools import partial
+from math import nan, sqrt
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,19 +19,22 @@ from matplotlib.figure import Figure
 from plots.models import LOOKS
 from plots.pieces import entry, note
 from stripfold import elastica
-from stripfold.ask.prediction import ElasticaPrediction, Snap, snap
+from stripfold.ask.prediction import ElasticaPrediction, snap
 from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, GREY
 from stripfold.draw.style import figure, styled, text_at
 from stripfold.elastica.barrier import BistableRange
-from stripfold.follow import contact_branch, contact_events
 from stripfold.follow.statics import StripModel
 from verification.common import Progress, dataset, grid
 from verification.numbers import Facts, Number
 
-MODELS = ("rod", "solid")
+MODELS = {"rod": 5.0, "solid": 2.5}
+"""Sizes of their markers: both nearly coincide."""
 POINTS = 5
 """Gauss points of the integral of the forces."""
+SHOWN = 3.0
+"""Height whose numbers are quoted, L*."""
+RANGE_HEIGHTS = (1.59, 1.6, 1.62, 1.65, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 4.0, 5.0, 6.5, 8.0, 10.0, 13.0, 16.0, 20.0)
 
 
 def run(
@@ -40,59 +43,32 @@ def run(
     length_star: float = 20.0,
     thickness: float = 0.0594,
     refinement: float = 0.5,
-    range_heights: Sequence[float] = (
-        1.59,
-        1.6,
-        1.62,
-        1.65,
-        1.7,
-        1.8,
-        2.0,
-        2.3,
-        2.7,
-        3.2,
-        4.0,
-        5.0,
-        6.5,
-        8.0,
-        10.0,
-        13.0,
-        16.0,
-        20.0,
-    ),
+    range_heights: Sequence[float] = RANGE_HEIGHTS,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Barriers over ``gripper_height`` and ``distance``, nan where the unstable state's sag would be below the floor.
 
-    ``heights``: above the touch limit; ``distances``: lambda_c - lambda, each model's own; ``length_star``,
-    ``thickness``, ``refinement``: of the rod and the solid; ``range_heights``: heights at which only the bistable range
-    of the elastica is found.
+    ``heights``: above the touch limit; ``distances``: lambda_c - lambda; ``length_star``, ``thickness``,
+    ``refinement``: of the rod and the solid; ``range_heights``: where only the range of the elastica is found.
     """
-    ranges = [_range(z) for z in heights]
-    others = [_range(z) for z in range_heights]
+    ranges, others = [_range(z) for z in heights], [_range(z) for z in range_heights]
     of_elastica = np.array([[_of_elastica(found, distance) for distance in distances] for found in ranges])
-    strip = {"length_star": length_star, "thickness": thickness, "refinement": refinement}
-    case = partial(_of_model, length_star=length_star, thickness=thickness, refinement=refinement)
-    axes = {"model": MODELS, "gripper_height": heights, "distance": distances}
-    values = grid(case, ("model_barrier", "coefficients"), axes, threads, progress)
-    # The same at all distances.
-    coefficients = np.nanmax(values.pop("coefficients")[1], axis=-1)
+    case = partial(_coefficient, length_star, thickness, refinement)
+    axes: dict[str, Sequence[Any]] = {"model": list(MODELS), "gripper_height": heights}
     return dataset(
-        values
+        grid(case, ("model_coefficient",), axes, threads, progress)
         | {
+            "distance": ("distance", list(distances)),
             "barrier": (("gripper_height", "distance"), of_elastica[..., 0]),
             "work": (("gripper_height", "distance"), of_elastica[..., 1]),
-            "model_coefficient": (("model", "gripper_height"), coefficients),
         }
         | _of_ranges("gripper_height", ranges)
         | {f"range_{name}": content for name, content in _of_ranges("range_height", others).items()}
-        | {"range_height": ("range_height", list(range_heights))},
-        strip,
+        | {"range_height": ("range_height", list(range_heights))}
     )
 
 
-@lru_cache(maxsize=64)
 def _range(z: float) -> BistableRange:
     found = elastica.bistable_range(z)
     if found is None:
@@ -112,70 +88,27 @@ def _of_ranges(dim: str, ranges: Sequence[BistableRange]) -> dict[str, tuple[str
 
 
 def _of_elastica(found: BistableRange, distance: float) -> tuple[float, float]:
-    """The barrier as the difference of the energies, and as the integral of that of the forces."""
+    """The barrier as the difference of the energies, and as the integral over lambda of that of the forces."""
     if distance > found.width:
         return nan, nan
     stable, unstable = found.pair(found.critical.advance - distance)
-
-    def opposing(short: float) -> float:
-        a, b = found.pair(found.critical.advance - short)
-        # The gripper's force in the direction of its advance is -F_x.
-        return b.force_x - a.force_x
-
-    return unstable.energy - stable.energy, _work(opposing, distance)
-
-
-def _work(opposing: Callable[[float], float], distance: float) -> float:
-    """The integral of a difference of forces, smooth in the root of the distance, from lambda_c to a distance."""
     points, weights = np.polynomial.legendre.leggauss(POINTS)
-    roots = 0.5 * sqrt(distance) * (points + 1.0)
-    return 0.5 * sqrt(distance) * sum(w * 2.0 * r * opposing(r**2) for w, r in zip(weights, roots, strict=True))
+    work = 0.0
+    # Smooth in the root of the distance.
+    for root, weight in zip(0.5 * sqrt(distance) * (points + 1.0), weights, strict=True):
+        a, b = found.pair(found.critical.advance - root**2)
+        # The gripper's force in the direction of its advance is -F_x.
+        work += sqrt(distance) * weight * root * (b.force_x - a.force_x)
+    return unstable.energy - stable.energy, work
 
 
-def _of_model(
-    model: str, height: float, distance: float, length_star: float, thickness: float, refinement: float
-) -> dict[str, float]:
-    """The barrier of the rod or the solid where the elastica has one, and its law's coefficient.
-
-    Raises SolveError: no such pair of states.
-    """
-    found = _limit_point(model, height, length_star, thickness, refinement)
-
-    def opposing(short: float) -> float:
-        """The difference of the forces at a distance from lambda_c; nan where the sag is below the floor."""
-        forces = []
-        for sign, negatives in ((-1.0, 0), (1.0, 1)):
-            guess, _ = found.limit.beside(sign * sqrt(2.0 * short / -found.limit.bend.lam))
-            at = contact_branch.solved(found.problem, guess, found.lam - short, -sign)
-            if contact_events.clearance(at.problem, at.point.q)[0] < 0.0:
-                return nan
-            if at.point.negatives != negatives:
-                raise SolveError("not a stable and an unstable state", parameter=at.point.lam)
-            forces.append(float(at.point.state.force[at.problem.mesh.model.middle[0, 0]]))
-        return forces[0] - forces[1]
-
-    coefficient = of_limit_point(found)
-    if distance > _range(height).width or isnan(opposing(distance)):
-        return {"coefficients": coefficient}
-    return {"model_barrier": _work(opposing, distance), "coefficients": coefficient}
-
-
-@lru_cache(maxsize=16)
-def _limit_point(model: str, height: float, length_star: float, thickness: float, refinement: float) -> Snap:
-    return snap(StripModel(length_star, thickness, kind=model), ElasticaPrediction.at(height), refinement)
-
-
-def of_limit_point(found: Snap) -> float:
-    """The law's coefficient from the second derivative of lambda and the first of the gripper's force."""
-    limit = found.limit
-    problem, at = found.problem, limit.state
-    _, tangent, _ = problem.linearise(at.q, at.lam)
+def _coefficient(length: float, thickness: float, refinement: float, model: str, height: float) -> dict[str, float]:
+    """The law's coefficient on a model, from the second derivative of lambda and the first of the gripper's force."""
+    found = snap(StripModel(length, thickness, kind=model), ElasticaPrediction.at(height), refinement)
+    limit, problem = found.limit, found.problem
+    _, tangent, _ = problem.linearise(limit.state.q, limit.state.lam)
     force = (tangent @ limit.tangent.q)[problem.mesh.model.middle[0, 0]]
-    return 4.0 * sqrt(2.0) / 3.0 * abs(float(force)) / sqrt(-limit.bend.lam)
-
-
-SHOWN = 3.0
-"""Height whose numbers are quoted, L*."""
+    return {"model_coefficient": 4.0 * sqrt(2.0) / 3.0 * abs(float(force)) / sqrt(-limit.bend.lam)}
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -226,8 +159,6 @@ NUMBERS = {
 # fmt: on
 
 
-SIZES = {"rod": 5.0, "solid": 2.5}
-"""Of the markers: both models nearly coincide."""
 CURVES = {
     "width": (r"$\lambda_c-\lambda_t$ [$L^*$]", "-"),
     "largest": (r"barrier at $\lambda_t$ [$\rho_a g{L^*}^2$]", "--"),
@@ -253,10 +184,10 @@ def draw(data: xr.Dataset) -> Figure:
             ax.plot(width, values[-1], "x", color=color, ms=5, label="_touch")
         text_at(energy, (width, largest), f"$z = {height:g}\\,L^*$", (6, -3), ha="left", va="top", fontsize=7)
         text_at(ratio, (width, y[-1] / width**1.5), f"${height:g}\\,L^*$", (5, 0), ha="left", va="center", fontsize=7)
-        for model, size in SIZES.items():
-            found = one["model_barrier"].sel(model=model).values
+        for model, size in MODELS.items():
+            found = one["model_coefficient"].sel(model=model)
             style = {"color": LOOKS[model].color, "marker": LOOKS[model].marker, "ls": "none", "ms": size}
-            ratio.plot(distance, found / distance**1.5, **style, label=f"_{model}")
+            ratio.plot(distance.min(), found, **style, label=f"_{model}")
     shown = data.isel(gripper_height=data.sizes["gripper_height"] // 2)
     law = float(shown["coefficient"]) * distance**1.5
     energy.plot(distance, law, color=GREY, ls=":", lw=3.0, zorder=1)
@@ -270,7 +201,7 @@ def draw(data: xr.Dataset) -> Figure:
     ratio.set_ylim(low, high + 0.1 * (high - low))
     ratio.sharex(energy)
     energy.set_xlim(right=8.0 * distance.max())
-    models = [entry(m, LOOKS[m].color, "none", marker=LOOKS[m].marker, ms=size) for m, size in SIZES.items()]
+    models = [entry(m, LOOKS[m].color, "none", marker=LOOKS[m].marker, ms=size) for m, size in MODELS.items()]
     models.append(entry("sag touches", color, "none", marker="x", ms=5))
     ratio.legend(handles=models, loc="center right", fontsize=7, bbox_to_anchor=(1.0, 0.6))
     for name, (label, ls) in CURVES.items():

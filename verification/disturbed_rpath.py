@@ -6,12 +6,11 @@ time from before the stability boundary on.  Lengths in L*, M_0 in rho_a g L*^2.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import cos, sin
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,15 +18,12 @@ from matplotlib.figure import Figure
 
 from plots.pieces import look
 from stripfold.base.arrays import Array
-from stripfold.base.errors import LostStabilityError, SolveError
 from stripfold.draw.colours import LYING
 from stripfold.draw.style import figure, legend_above, styled
-from stripfold.follow.contact_branch import BranchPoint
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
 from verification.common import Progress, dataset, grid
-from verification.friction_touch import STIFFEST, first_touch, in_time, statics
-from verification.motion_with_friction import Case
+from verification.friction_touch import SPEED, USUAL, first_touch, in_time, statics
 from verification.numbers import Facts, Number
 
 RAMP = 1.0
@@ -36,31 +32,20 @@ BEFORE = 0.5
 """Length travelled before the stability boundary at which a vibrating motion begins, L*."""
 
 
-@dataclass(frozen=True)
-class Vibrating:
+class Vibrating(NamedTuple):
     """A gripper at constant speed up to ``end``, and an oscillation along its way."""
 
     start: float
-    speed: float
     end: float
     amplitude: float
     frequency: float
 
     def lam(self, t: float) -> float:
-        return min(self.start + self.speed * t, self.end) + self.amplitude * sin(self.frequency * t)
+        return min(self.start + SPEED * t, self.end) + self.amplitude * sin(self.frequency * t)
 
     def rate(self, t: float) -> float:
-        steady = self.speed if self.start + self.speed * t < self.end else 0.0
+        steady = SPEED if self.start + SPEED * t < self.end else 0.0
         return steady + self.amplitude * self.frequency * cos(self.frequency * t)
-
-
-class Disturbance(NamedTuple):
-    """True eta_b over that of the plan, rise of the gripper, amplitude and angular frequency of its vibration."""
-
-    kind: str
-    eta_b: float = 1.0
-    rise: float = 0.0
-    vibration: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -77,80 +62,56 @@ class Risen(Piece):
         return self.of.rate(s) + np.array([0.0, self.rise / RAMP if s < RAMP else 0.0])
 
 
-def _risen(path: GripperPath, rise: float) -> GripperPath:
-    """A path that is higher by ``rise`` after :data:`RAMP`."""
-    return GripperPath(path.name, tuple(Risen(of.start, of.end, of.name, of, rise) for of in path.pieces))
+class Disturbance(NamedTuple):
+    """True eta_b over that of the plan, rise of the gripper, amplitude and angular frequency of its vibration."""
 
-
-def vibrated(case: Case, path: GripperPath, moment: float, vibration: Sequence[float], start: float) -> float:
-    """x of the first touch under a gripper that vibrates from ``start`` on; with amplitude and angular frequency.
-
-    Raises SolveError: the strip is lost before ``start``, or does not touch.
-    """
-    steps: list[BranchPoint] = []
-    for step in statics(case, path, moment):
-        steps = [*steps[-1:], step]
-        if step.lam >= start:
-            break
-    before, last = steps
-    drive = Vibrating(last.lam, case.speed, path.length - vibration[0], *vibration)
-    return in_time(case, path, before, last, drive)
-
-
-MOTION = {"yield_curvature": 0.05, "step": 0.2, "speed": 0.05, "air": 0.11, "stiffness": 0.05}
+    eta_b: float = 1.0
+    rise: float = 0.0
+    vibration: Sequence[float] = ()
 
 
 def run(
     length: float = 20.0,
-    thickness: float = 0.01,
     moments: Sequence[float] = (0.01, 0.37),
     eta_b: Sequence[float] = (0.8, 1.2),
     rises: Sequence[float] = (0.1,),
     vibrations: Sequence[Sequence[float]] = ((0.05, 6.0),),
-    motion: Mapping[str, Any] = MOTION,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """First touches less the planned one over ``disturbance`` and ``moment``, 0 among them.
 
-    ``length``, ``thickness``, ``moments``: the strip that the path is planned for; M_0, without 0.  ``eta_b``: true
-    eta_b over that of the plan.  ``rises``: heights by which the gripper is too high, L*.  ``vibrations``: amplitudes
-    along the path, L*, and angular frequencies, sqrt(g/L*).  ``motion``: as in :func:`verification.friction_touch.run`.
+    ``eta_b``: true eta_b over that of the plan.  ``rises``: heights by which the gripper is too high, L*.
+    ``vibrations``: amplitudes along the path, L*, and angular frequencies, sqrt(g/L*).
     """
-    case = Case(length, thickness, stiffest=STIFFEST, **motion)
     asked = {
-        "none": Disturbance("height"),
-        **{f"eta_b {ratio - 1.0:+.0%}": Disturbance("eta_b", eta_b=ratio) for ratio in eta_b},
-        **{f"height {rise:+g} L*": Disturbance("height", rise=rise) for rise in rises},
-        **{f"vibration {a:g} L*, {w:g}": Disturbance("vibration", vibration=(a, w)) for a, w in vibrations},
+        "none": Disturbance(),
+        **{f"eta_b {ratio - 1.0:+.0%}": Disturbance(eta_b=ratio) for ratio in eta_b},
+        **{f"height {rise:+g} L*": Disturbance(rise=rise) for rise in rises},
+        **{f"vibration {a:g} L*, {w:g}": Disturbance(vibration=(a, w)) for a, w in vibrations},
     }
-    call = partial(_error, case, asked, _lost(case))
-    axes: dict[str, Sequence[Any]] = {"disturbance": list(asked), "moment": [0.0, *moments]}
-    found = grid(call, ("touch_error",), axes, threads, progress)
-    kinds = ("disturbance", [one.kind for one in asked.values()])
-    return dataset({**found, "kind": kinds}, {"length": length, "thickness": thickness})
-
-
-def _lost(case: Case) -> float:
-    """Length travelled at which a strip without friction is lost."""
-    try:
-        deque(statics(case, plan_r_path(case.length).path, 0.0), maxlen=0)
-    except LostStabilityError as error:
-        return float(error.parameter or np.nan)
-    raise SolveError("the strip is stable without friction")
+    case = replace(USUAL, length=length)
+    # Where a strip without friction is lost.
+    lost = statics(case, plan_r_path(length).path, 0.0).lam
+    axes = {"disturbance": list(asked), "moment": [0.0, *moments]}
+    return dataset(grid(partial(_error, asked, length, lost), ("touch_error",), axes, threads, progress))
 
 
 def _error(
-    case: Case, asked: Mapping[str, Disturbance], lost: float, disturbance: str, moment: float
+    asked: Mapping[str, Disturbance], length: float, lost: float, disturbance: str, moment: float
 ) -> dict[str, float]:
-    one, plan = asked[disturbance], plan_r_path(case.length)
+    one, plan = asked[disturbance], plan_r_path(length)
     # In units of the true L*, which is smaller where eta_b is larger.
     scale = one.eta_b ** (1.0 / 3.0)
+    case = replace(USUAL, length=scale * length)
     if one.vibration:
-        x = vibrated(case, plan.path, moment, one.vibration, lost - BEFORE)
+        found = statics(case, plan.path, moment, lost - BEFORE)
+        drive = Vibrating(found.lam, plan.path.length - one.vibration[0], *one.vibration)
+        x = in_time(case, plan.path, found, drive)
     else:
-        disturbed = replace(case, length=scale * case.length)
-        x, _ = first_touch(disturbed, _risen(plan.path.scaled(scale), one.rise), moment)
+        path = plan.path.scaled(scale)
+        pieces = tuple(Risen(of.start, of.end, of.name, of, one.rise) for of in path.pieces)
+        x = first_touch(case, GripperPath(path.name, pieces), moment)["touch_x"]
     return {"touch_error": x / scale - plan.first_touch}
 
 

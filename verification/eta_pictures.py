@@ -7,8 +7,7 @@ curves, textures), together with the public ones of the configured folder; none 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -26,8 +25,6 @@ from stripfold.film.pictures import read_grey
 from verification.common import Progress, dataset, pooled
 from verification.numbers import Facts, Number, covers, seed_of, share
 
-UNITS = {"radian": "tilt"}
-
 SIZE = 640, 360
 """Width and height of a drawn picture, pixels."""
 FINE = 4
@@ -35,52 +32,9 @@ FINE = 4
 SCALE = 3e-4
 FLAT = eta.View(tilt=0.0, roll=0.0, depth=0.0)
 """The drawings are as flat as the edge of the strip."""
-METHODS = "fold", "cantilever"
 KINDS = "board", "rings", "letters", "closed curves", "stripes", "texture", "triangles", "crosses"
 PUBLIC = "opencv_calib/*.jpg", "opencv_charuco/*.jpg"
 """Public pictures that show no strip."""
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a fold is drawn: L* in pixels, thickness in L*, tilt in rad, side, blur and noise, and grey values.
-
-    ``slope`` is that of the background over the picture, ``shade`` the difference between the strip's two faces.
-    """
-
-    unit: float
-    thickness: float
-    tilt: float
-    side: float
-    blur: float
-    noise: float
-    strip: float
-    ground: float
-    slope: float
-    shade: float
-    seed: int
-
-
-def looks(count: int, thicknesses: list[float], seed: int) -> Iterator[Look]:
-    """Random looks; a band is at least 3 pixels wide."""
-    random = np.random.default_rng(seed)
-    for number in range(count):
-        thickness = float(random.choice(thicknesses))
-        dark, light = random.uniform(15.0, 70.0), random.uniform(130.0, 220.0)
-        bright = random.random() < 0.5
-        yield Look(
-            unit=float(random.uniform(max(50.0, 3.0 / thickness), 125.0)),
-            thickness=thickness,
-            tilt=float(np.radians(random.uniform(-8.0, 8.0))),
-            side=float(random.choice([-1.0, 1.0])),
-            blur=float(random.uniform(0.6, 2.0)),
-            noise=float(random.uniform(1.0, 8.0)),
-            strip=light if bright else dark,
-            ground=dark if bright else light,
-            slope=float(random.uniform(-25.0, 25.0)),
-            shade=float(random.uniform(-25.0, 25.0)),
-            seed=seed + number,
-        )
 
 
 @lru_cache
@@ -106,20 +60,31 @@ def loop(thickness: float) -> Array:
     return np.asarray(found.sol(np.linspace(0.0, 1.0, 300))[2:].T)
 
 
-def drawn(look: Look) -> NDArray[np.uint8]:
-    """The picture of a fold."""
-    path = loop(look.thickness)
+def fold(case: tuple[int, int], thicknesses: Sequence[float]) -> tuple[float, float, float]:
+    """eta_b of a drawn fold over its truth, and the ends of its interval; ``case``: number and seed of its look."""
+    random = np.random.default_rng(case)
+    thickness, side = float(random.choice(thicknesses)), float(random.choice([-1.0, 1.0]))
+    tilt = np.radians(random.uniform(-8.0, 8.0))
+    # L* in pixels: a band is at least 3 pixels wide.
+    unit = random.uniform(max(50.0, 3.0 / thickness), 125.0)
+    path = loop(thickness)
     curve = np.vstack([[-4.0, 0.0], path, path[-1] - [1.2, 0.0]]) + np.array([1.2, -0.4])
-    c, s = np.cos(look.tilt), np.sin(look.tilt)
-    pixels = look.unit * (curve * [look.side, -1.0]) @ np.array([[c, s], [-s, c]]) + np.array(SIZE) / 2.0
+    c, s = np.cos(tilt), np.sin(tilt)
+    pixels = unit * (curve * [side, -1.0]) @ np.array([[c, s], [-s, c]]) + np.array(SIZE) / 2.0
     # The filled quadrilaterals include the pixels on their edges.
-    half = 0.5 * (look.thickness * look.unit - 1.0 / FINE)
+    half = 0.5 * (thickness * unit - 1.0 / FINE)
     step = np.diff(pixels, axis=0)
     away = half * np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
-    ground = look.ground + look.slope * np.linspace(-0.5, 0.5, SIZE[0])
-    strip, face = (_share(pixels, away, inner) for inner in (-1.0, 0.0))
-    grey = ground + (look.strip - ground) * strip + look.shade * face
-    return photographed(grey, look.blur, look.noise, look.seed)
+    tones = [random.uniform(15.0, 70.0), random.uniform(130.0, 220.0)]
+    strip, ground = random.permutation(tones)
+    slope, shade = random.uniform(-25.0, 25.0, 2)
+    # The background's slope over the picture, and the difference between the strip's two faces.
+    behind = ground + slope * np.linspace(-0.5, 0.5, SIZE[0])
+    covered, face = (_share(pixels, away, inner) for inner in (-1.0, 0.0))
+    grey = behind + (strip - behind) * covered + shade * face
+    found = measured(photographed(grey, random.uniform(0.6, 2.0), random.uniform(1.0, 8.0), random), "fold")
+    eta_b, low, high = np.array(found) * GRAVITY * (unit * SCALE) ** 3
+    return float(eta_b), float(low), float(high)
 
 
 def _share(pixels: Array, away: Array, inner: float) -> Array:
@@ -131,11 +96,10 @@ def _share(pixels: Array, away: Array, inner: float) -> Array:
     return cv2.resize(fine, SIZE, interpolation=cv2.INTER_AREA) / 255.0
 
 
-def photographed(grey: Array, blur: float, noise: float, seed: int) -> NDArray[np.uint8]:
+def photographed(grey: Array, blur: float, noise: float, random: np.random.Generator) -> NDArray[np.uint8]:
     """With blur and noise, rounded."""
     image = cv2.GaussianBlur(np.asarray(grey, np.float64), (0, 0), blur)
-    image = image + np.random.default_rng(seed).normal(0.0, noise, image.shape)
-    return np.clip(np.round(image), 0, 255).astype(np.uint8)
+    return np.clip(np.round(image + random.normal(0.0, noise, image.shape)), 0, 255).astype(np.uint8)
 
 
 def empty(kind: str, seed: int) -> NDArray[np.uint8]:
@@ -179,24 +143,22 @@ def empty(kind: str, seed: int) -> NDArray[np.uint8]:
         for (x, y), angle in zip(centres, random.uniform(0.0, np.pi, 6), strict=True):
             arm = 150.0 * np.array([np.cos(angle), np.sin(angle)])
             cv2.line(grey, (x - int(arm[0]), y - int(arm[1])), (x + int(arm[0]), y + int(arm[1])), light, thick)
-    return photographed(grey, float(random.uniform(0.6, 1.5)), float(random.uniform(1.0, 8.0)), seed)
+    return photographed(grey, float(random.uniform(0.6, 1.5)), float(random.uniform(1.0, 8.0)), random)
 
 
-def measured(image: Picture, method: str) -> tuple[float, float, float, str]:
-    """eta_b, the ends of its interval, and why there is none."""
+def measured(image: Picture, method: str) -> tuple[float, float, float]:
+    """eta_b and the ends of its interval; nan where it is refused."""
     try:
         found = eta.from_image(image, SCALE, method, view=FLAT)
-    except StripfoldError as error:
-        return np.nan, np.nan, np.nan, str(error)
-    return found.eta_b, *found.interval, ""
+    except StripfoldError:
+        return np.nan, np.nan, np.nan
+    return found.eta_b, *found.interval
 
 
-def _fold(look: Look) -> tuple[float, float, float, str]:
-    return measured(drawn(look), "fold")
-
-
-def _empty(method: str, case: tuple[str, int] | Path) -> tuple[float, float, float, str]:
-    return measured(read_grey(case) if isinstance(case, Path) else empty(*case), method)
+def given(case: tuple[str, int] | Path) -> bool:
+    """Whether either method gives an eta_b for a picture without a strip."""
+    image = read_grey(case) if isinstance(case, Path) else empty(*case)
+    return any(np.isfinite(measured(image, method)[0]) for method in ("fold", "cantilever"))
 
 
 def run(
@@ -204,47 +166,22 @@ def run(
     cases: int = 60,
     seed: int = 1,
     scenes: int = 1,
-    thicknesses: list[float] = (0.03, 0.05, 0.08, 0.12, 0.16),
+    thicknesses: Sequence[float] = (0.03, 0.05, 0.08, 0.12, 0.16),
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Measure ``cases`` drawn folds, and ``scenes`` drawn pictures of each kind that show no strip.
 
     Dataset over ``case``: eta_b of a fold relative to the truth with its interval, nan where refused; and over
-    ``picture`` and ``method``: whether an eta_b was given for a picture without a strip.
+    ``picture``: whether an eta_b was given for a picture without a strip.
     """
-    some = list(looks(cases, thicknesses, seed))
-    rows = pooled(_fold, some, threads, progress)
-    true = np.array([1.0 / (GRAVITY * (look.unit * SCALE) ** 3) for look in some])
-    values = {
-        name: ("case", np.array([row[i] for row in rows]) / true) for i, name in enumerate(("eta", "low", "high"))
-    }
-    public = [path for pattern in PUBLIC for path in sorted(Path(images).glob(pattern))]
-    drawn_ones = [(kind, seed + number) for kind in KINDS for number in range(scenes)]
-    given = np.array(
-        [
-            [row[3] == "" for row in pooled(partial(_empty, method), [*drawn_ones, *public], threads)]
-            for method in METHODS
-        ]
-    )
-    return dataset(
-        {
-            **values,
-            "refusal": ("case", [row[3] for row in rows]),
-            **{
-                name: ("case", [getattr(look, name) for look in some])
-                for name in ("unit", "thickness", "tilt", "blur", "noise")
-            },
-            "picture": (
-                "picture",
-                [*(f"{kind} {number}" for kind, number in drawn_ones), *(path.name for path in public)],
-            ),
-            "method": ("method", list(METHODS)),
-            "given": (("method", "picture"), given.astype(float)),
-        },
-        {"seed": seed},
-        units=UNITS,
-    )
+    folds = [(number, seed) for number in range(cases)]
+    columns = zip(*pooled(partial(fold, thicknesses=thicknesses), folds, threads, progress), strict=True)
+    found = {name: ("case", column) for name, column in zip(("eta", "low", "high"), columns, strict=True)}
+    pictures: list[tuple[str, int] | Path] = [(kind, seed + number) for kind in KINDS for number in range(scenes)]
+    pictures += [path for pattern in PUBLIC for path in sorted(Path(images).glob(pattern))]
+    wrong = [float(one) for one in pooled(given, pictures, threads)]
+    return dataset({**found, "given": ("picture", wrong)}, {"seed": seed})
 
 
 def facts(d: xr.Dataset) -> Facts:

@@ -1,9 +1,10 @@
-"""Fabrics that soften, along warp and weft, with their own bending law: which eta_b stands best for them.
+"""Strips with their own bending law: the measured textile against its secant, fabrics that soften against an eta_b.
 
-The law is that of the source, m = b_1 kappa + b_2 kappa^2 per width with b_2 < 0, followed to where its slope is a
-given share of b_1, and straight on from there: a fitted parabola has a maximum, a fabric has none.  The law is
-elastic; friction comes on top as a bending hysteresis.  Each strip is bent along warp or weft.  Units: L* of the eta_b
-that the height of its own fold gives.  Source: docs/physics.md, section 11.
+The laws are elastic, and go on straight beyond what was measured; friction comes on top as a bending hysteresis.  The
+textile's is that of a first bending, in L* of the secant that stands in for it.  A fabric's, along warp or weft, is
+that of its source, m = b_1 kappa + b_2 kappa^2 per width with b_2 < 0, to where the slope is a given share of b_1: a
+fitted parabola has a maximum, a fabric has none.  Its unit is the L* of the eta_b that its own fold gives.
+Source: docs/physics.md, section 11.
 """
 
 from __future__ import annotations
@@ -11,44 +12,181 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from math import cos, pi, sin, sqrt
+from math import cos, inf, nan, pi, sin, sqrt
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
+from plots.pieces import note
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.base.errors import SolveError
 from stripfold.base.material import GRAVITY
+from stripfold.draw.colours import BLACK, GREY, SKY
+from stripfold.draw.style import figure, styled
 from stripfold.files import tables
-from stripfold.follow.contact_branch import BranchPoint, from_elastica, from_flat
-from stripfold.follow.memory import load_incrementally_from, steps_on, with_effects
+from stripfold.follow import contact_branch
+from stripfold.follow.contact_branch import BranchPoint, from_elastica, solved, transferred
+from stripfold.follow.memory import load, steps_on, with_effects
 from stripfold.follow.statics import StripModel, to_the_end
-from stripfold.follow.track import End
-from stripfold.paths import rpath
-from stripfold.paths.curve import GripperPath
+from stripfold.follow.track import End, Track
+from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature
-from stripfold.strip.model import Model
+from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX
-from verification.common import Progress, dataset, pooled
+from tasks import textile
+from verification.common import Progress, attempted, dataset, pooled
 from verification.fabrics import COLUMNS, MAX_ROWS
 from verification.numbers import Facts, Number
-from verification.textile_law import FIRST, SHARES, bent
 
-UNITS = {"m": "gravity_length"}
-
+UNITS = {"m": "unit"}
+LAWS = ("secant", "measured")
 DIRECTIONS = ("warp", "weft")
 ESTIMATES = ("mean slope", "slope", "secant", "fold")
 """Ways to an eta_b: b_1 averaged over warp and weft; b_1 along the strip; the secant at the largest curvature of the
 critical state; the height of the strip's own fold."""
+LENGTH, THICKNESS, STEP = 20.0, 0.003, 0.2
+"""Of the strips, and of the steps along R-paths, L*; the thickness is to have no effect."""
+SHARES = np.linspace(0.0, 1.0, 9)[1:]
+"""Shares of a law with which the first state of a branch is found from that of the linear strip."""
+FIRST = 0.05
+"""Length travelled at the first state on a path, L*."""
 YIELD_CURVATURE = 0.05
 """kappa_y of the friction, 1/L*."""
 MOMENTS = (0.1, 0.2, 0.4, 0.8)
-"""M_0 tried on the R-path in turn, rho_a g L*^2: the four fabrics whose 2HB is published have 0.22 and more."""
+"""M_0 tried on the R-path in turn, rho_a g L*^2."""
+HELD = 0.2
+"""M_0 / rho_a g L*^2 that the four fabrics with a published loop have at least."""
+Law = tuple[Array, Array]
+"""Curvature, 1/L*, and moment, rho_a g L*^2."""
+
+
+def run(
+    measured: str = "data/textile_moment_curvature.csv",
+    areal_load: float = 13.6,
+    heights: Sequence[float] = (2.0, 3.0, 8.0),
+    table: str = "data/fabrics.csv",
+    most: int = 2,
+    flattest: Sequence[float] = (0.1, 0.3),
+    height: float = 3.0,
+    refinement: float = 0.7,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """The end of the advance and how far R-paths are followed, nan where a branch could not be followed.
+
+    ``measured``, ``areal_load``, ``heights``: the textile's table, its weight per area, N m^-2, and its gripper's
+    heights, L*.  ``table``, ``most``, ``flattest``: the fabrics, of which the first with a b_2, and least slopes of
+    their law over b_1; on the R-path that of the first.  ``height``: of the fabrics' gripper, and at whose critical
+    state secants are taken, L*.  ``refinement``: factor on element lengths.
+    """
+    rows = textile.read_table(measured)
+    secant = textile.secant(rows, areal_load, textile.largest_curvature(elastica.critical(height).state))
+    unit = float(np.cbrt(secant.stiffness / areal_load))
+    curvature, moment = unit * rows[:, 0], rows[:, 1] / (areal_load * unit**2)
+    laws: dict[str, Law] = {"secant": (curvature, curvature), "measured": (curvature, moment)}
+    ends = np.array([[_textile_end(law, z, refinement) for z in heights] for law in laws.values()])
+    known = tables.read_table("table", Path(table), COLUMNS, (1, MAX_ROWS))
+    known = replace(known, rows=[row for row in known.rows if row[1][6]][:most])
+    numbers = np.column_stack([known.numbers(slice(3, 4)), known.numbers(slice(6, 10))])
+    fabrics = [
+        Fabric(b1, b2, 0.5 * (warp + weft), GRAVITY * density, least)
+        for density, warp, weft, *curves in numbers
+        for b1, b2 in zip((warp, weft), curves, strict=True)
+        for least in flattest
+    ]
+    advances = np.array(pooled(partial(_advance, height, refinement), fabrics, threads, progress))
+    advances = advances.reshape(len(numbers), len(DIRECTIONS), len(flattest), 2 + 2 * len(ESTIMATES))
+    paths = pooled(partial(_r_path, refinement), fabrics[:: len(flattest)], threads, progress)
+    dims = ("fabric", "direction", "flattest")
+    return dataset(
+        {
+            "law": ("law", list(LAWS)),
+            "gripper_height": ("gripper_height", heights),
+            **{
+                name: (("law", "gripper_height"), ends[..., i])
+                for i, name in enumerate(("advance", "curvature", "leaves"))
+            },
+            "path_lost": ("law", [_followed(law, refinement, 0.0) for law in laws.values()]),
+            "measured_curvature": ("row", curvature),
+            "measured_moment": ("row", moment),
+            "fabric": ("fabric", [row[0] for _, row in known.rows]),
+            "direction": ("direction", list(DIRECTIONS)),
+            "flattest": ("flattest", flattest),
+            "estimate": ("estimate", list(ESTIMATES)),
+            "strip_advance": (dims, advances[..., 0]),
+            "strip_snap": (dims, advances[..., 1]),
+            "unit": ((*dims, "estimate"), advances[..., 2:6]),
+            "predicted": ((*dims, "estimate"), advances[..., 6:]),
+            "followed": (dims[:2], np.reshape([one[0] for one in paths], (-1, len(DIRECTIONS)))),
+            "friction": (dims[:2], np.reshape([one[1] for one in paths], (-1, len(DIRECTIONS)))),
+        },
+        {"height": height},
+        units=UNITS,
+    )
+
+
+def bent(at: BranchPoint, law: Law) -> BranchPoint:
+    """The state of a strip with a law, at the lambda of one of the linear strip, whose law changes in small steps."""
+    curvature, moment = law
+    for share in SHARES:
+        partly = MomentCurvature(curvature, (1.0 - share) * curvature + share * moment)
+        problem = MovingContact(at.problem.mesh, at.problem.motion, (BendingLaw.of(at.model, partly),), at.contact)
+        at = solved(problem, at.point.q, at.point.lam)
+        if problem.mesh.drifted(at.contact):
+            at = transferred(at)
+    return at
+
+
+def to_end(law: Law, height: float, refinement: float) -> Track:
+    """The advance at a height, from the state without horizontal force on."""
+    state = elastica.state_no_horizontal_force(height)
+    mesh = StripModel(LENGTH, THICKNESS, kind="rod").contact_mesh(refinement)
+    return to_the_end(bent(from_elastica(mesh, AlongX(height), state.advance, state), law))
+
+
+def _textile_end(law: Law, height: float, refinement: float) -> tuple[float, float, float]:
+    """lambda at the end of the advance, the largest curvature there, and lambda where it leaves the measured range."""
+    found = to_end(law, height, refinement)
+    lams, bends = np.array([at.point.lam for at in found.branch]), np.array([largest(at) for at in found.branch])
+    out = np.flatnonzero(bends > law[0][-1])
+    leaves = (
+        nan
+        if not len(out)
+        else lams[0]
+        if out[0] == 0
+        else np.interp(law[0][-1], bends[: out[0] + 1], lams[: out[0] + 1])
+    )
+    return found.lam, float(bends[-1]), float(leaves)
+
+
+def largest(at: BranchPoint) -> float:
+    """The largest curvature of a strip with a law, 1/L*."""
+    (effect,) = at.problem.at(at.contact).effects
+    assert isinstance(effect, BendingLaw)
+    return float(np.abs(effect.curvature(at.u)).max())
+
+
+def _followed(law: Law, refinement: float, moment: float) -> float:
+    """Share of the R-path planned for the linear strip that is followed; 1 to the touch.  ``moment``: M_0."""
+    path = plan_r_path(LENGTH).path
+    mesh = StripModel(LENGTH, THICKNESS, kind="rod").contact_mesh(refinement, memory=bool(moment))
+    first = bent(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], LENGTH), FIRST), law)
+    if moment:
+        first = with_effects(
+            first,
+            lambda model, q: (
+                BendingLaw.of(model, MomentCurvature(*law)),
+                Hysteresis.of(model, moment, yield_curvature=YIELD_CURVATURE, slack=q),
+            ),
+        )
+    found = load(first, steps_on(path, LENGTH, STEP), "touch")
+    return found.lam / path.length if found.end is End.SNAP else 1.0
 
 
 class Fabric(NamedTuple):
@@ -66,21 +204,25 @@ class Fabric(NamedTuple):
     @property
     def units(self) -> dict[str, float]:
         """L* of each estimate, m."""
-        stiffness = {"mean slope": self.mean, "slope": self.slope}
-        lengths = {name: float(np.cbrt(of / self.weight)) for name, of in stiffness.items()}
-        largest = elastica_curvature()
+        mean, slope = (float(np.cbrt(of / self.weight)) for of in (self.mean, self.slope))
+        largest = textile.largest_curvature(elastica.critical(3.0).state)
 
         def off(unit: float) -> float:
             kappa = largest / unit
             return unit**3 * self.weight - float(self.moment(np.array([kappa]))[0]) / kappa
 
-        lengths["secant"] = brentq(off, 0.2 * lengths["slope"], 1.01 * lengths["slope"])
-        return {**lengths, "fold": fold_height(self) / elastica.folded_loop().height}
+        secant, fold = brentq(off, 0.2 * slope, 1.01 * slope), fold_height(self) / elastica.folded_loop().height
+        return dict(zip(ESTIMATES, (mean, slope, secant, fold), strict=True))
 
     @property
     def end(self) -> float:
         """Curvature from which on the law is straight, 1/m."""
         return 0.5 * (self.flattest - 1.0) * self.slope / self.curve
+
+    def law(self, unit: float) -> Law:
+        """In 1/L* and rho_a g L*^2, densely, to where the law is straight."""
+        kappa = np.linspace(0.0, self.end, 401)[1:]
+        return unit * kappa, self.moment(kappa) / (self.weight * unit**2)
 
     def moment(self, kappa: Array) -> Array:
         """Moment per width, N, at positive curvatures, 1/m."""
@@ -97,12 +239,6 @@ class Fabric(NamedTuple):
         return kappa if moment >= 0.0 else -kappa
 
 
-def elastica_curvature() -> float:
-    """Largest curvature of the linear strip's critical state with the gripper at 3 L*, 1/L*."""
-    state = elastica.critical(3.0).state
-    return float(np.abs(state.at(np.linspace(0.0, state.length, 1001)).curvature).max())
-
-
 def fold_height(fabric: Fabric) -> float:
     """Height of the folded strip's loop, m, by shooting: a strip without horizontal force and with its own law.
 
@@ -111,241 +247,130 @@ def fold_height(fabric: Fabric) -> float:
 
     Raises SolveError: no loop was found.
     """
+    unit = float(np.cbrt(fabric.slope / fabric.weight))
+
+    def shot(of: Fabric, force: float, length: float, at: Array) -> Array:
+        """theta, M and z, in L* of the slope, along the strip from its lift-off."""
+
+        def rate(s: float, y: Array) -> list[float]:
+            return [unit * of.curvature(of.weight * unit**2 * y[1]), -(force + s) * cos(y[0]), sin(y[0])]
+
+        return np.asarray(solve_ivp(rate, (0.0, length), [0.0] * 3, t_eval=at, rtol=1e-8, atol=1e-10).y)
+
+    def missed(unknown: Array, of: Fabric) -> Array:
+        return shot(of, *unknown, np.array([unknown[1]]))[:2, -1] - (pi, 0.0)
+
     unknown = np.array([-3.745005, 4.683470])  # force and length of the linear strip's
     for share in SHARES:
-        softer = fabric._replace(curve=share * fabric.curve)
-        found = root(_missed, unknown, args=(softer,), tol=1e-8)
+        found = root(missed, unknown, args=(fabric._replace(curve=share * fabric.curve),), tol=1e-8)
         if not found.success or np.abs(found.x - unknown).max() > 1.0:
             raise SolveError(f"no folded state of this law: {found.message}")
         unknown = found.x
-    force, length = unknown
-    return _unit(fabric) * float(_shot(fabric, force, length, np.linspace(0.0, length, 501))[2].max())
+    return unit * float(shot(fabric, *unknown, np.linspace(0.0, unknown[1], 501))[2].max())
 
 
-def _unit(fabric: Fabric) -> float:
-    """L* of the slope, m."""
-    return float(np.cbrt(fabric.slope / fabric.weight))
-
-
-def _shot(fabric: Fabric, force: float, length: float, at: Array) -> Array:
-    """theta, M and z, in L* of the slope, along the strip from its lift-off."""
-    unit = _unit(fabric)
-    load = fabric.weight * unit**2
-
-    def rate(s: float, y: Array) -> list[float]:
-        return [unit * fabric.curvature(load * y[1]), -(force + s) * cos(y[0]), sin(y[0])]
-
-    return np.asarray(solve_ivp(rate, (0.0, length), [0.0] * 3, t_eval=at, rtol=1e-8, atol=1e-10).y)
-
-
-def _missed(unknown: Array, fabric: Fabric) -> Array:
-    force, length = unknown
-    theta, moment, _ = _shot(fabric, force, length, np.array([length]))[:, -1]
-    return np.array([theta - pi, moment])
-
-
-def run(
-    table: str = "data/fabrics.csv",
-    height: float = 3.0,
-    length_star: float = 20.0,
-    thickness: float = 0.003,
-    flattest: Sequence[float] = (0.1, 0.3),
-    most: int = 2,
-    step: float = 0.2,
-    refinement: float = 0.7,
-    threads: int = 1,
-    progress: Progress | None = None,
-) -> xr.Dataset:
-    """lambda_c and the R-path of every fabric of ``table`` with a b_2, over ``fabric`` and ``direction``.
-
-    ``height``, ``length_star``, ``thickness``: of gripper and strip, L*.  ``flattest``: least slopes of the law over
-    b_1; the R-path is that of the first.  ``most``: fabrics, from the first.
-    ``step``: steps along the R-path, L*.  ``refinement``: factor on the element
-    lengths.  nan where a branch could not be followed.
-    """
-    path = Path(table)
-    known = tables.read_table("table", path, COLUMNS, (1, MAX_ROWS))
-    known = replace(known, rows=[row for row in known.rows if row[1][6]])
-    known = replace(known, rows=known.rows[:most])
-    rows = [row for _, row in known.rows]
-    numbers = np.column_stack([known.numbers(slice(3, 4)), known.numbers(slice(6, 10))])
-    fabrics = [
-        Fabric(b1, b2, 0.5 * (warp + weft), GRAVITY * density, least)
-        for density, warp, weft, *curves in numbers
-        for b1, b2 in zip((warp, weft), curves, strict=True)
-        for least in flattest
-    ]
-    along = partial(_advance, height, length_star, thickness, refinement)
-    advances = pooled(along, fabrics, threads, progress)
-    paths = pooled(
-        partial(_r_path, length_star, thickness, step, refinement), fabrics[:: len(flattest)], threads, progress
-    )
-    shape = len(rows), len(DIRECTIONS)
-    laws = ("fabric", "direction", "flattest")
-    return dataset(
-        {
-            "fabric": ("fabric", [row[0] for row in rows]),
-            "direction": ("direction", list(DIRECTIONS)),
-            "flattest": ("flattest", flattest),
-            "estimate": ("estimate", list(ESTIMATES)),
-            **{
-                name: (laws, np.array([getattr(one, name) for one in advances]).reshape(*shape, -1))
-                for name in ("advance", "snap")
-            },
-            **{
-                name: ((*laws, "estimate"), np.array([getattr(one, name) for one in advances]).reshape(*shape, -1, 4))
-                for name in ("gravity_length", "predicted")
-            },
-            "followed": (laws[:2], np.array([one[0] for one in paths]).reshape(shape)),
-            "friction": (laws[:2], np.array([one[1] for one in paths]).reshape(shape)),
-        },
-        {"height": height, "length_star": length_star, "step": step},
-        units=UNITS,
-    )
-
-
-class _Advance(NamedTuple):
-    advance: float
-    snap: float
-    gravity_length: list[float]
-    predicted: list[float]
-
-
-def _advance(height: float, length: float, thickness: float, refinement: float, fabric: Fabric) -> _Advance:
-    """The end of the advance, and that of linear strips of each estimate, in L* of the fold."""
-    try:
-        units = fabric.units
-    except SolveError:
-        return _Advance(np.nan, np.nan, [np.nan] * 4, [np.nan] * 4)
+def _advance(height: float, refinement: float, fabric: Fabric) -> list[float]:
+    """The end of the advance in L* of the fold, whether it snaps, L* by each estimate, and the end as each predicts."""
+    units, _ = attempted(lambda: fabric.units)
+    if units is None:
+        return [nan] * (2 + 2 * len(ESTIMATES))
     unit = units["fold"]
     predicted = [of / unit * elastica.critical(height * unit / of).advance for of in units.values()]
-    try:
-        lam, snap = advance(fabric, unit, height, length, thickness, refinement)
-    except SolveError:
-        lam, snap = np.nan, np.nan
-    return _Advance(lam, snap, list(units.values()), predicted)
+    found, _ = attempted(lambda: to_end(fabric.law(unit), height, refinement))
+    end = [nan, nan] if found is None else [found.lam, float(found.end is End.SNAP)]
+    return [*end, *units.values(), *predicted]
 
 
-def _r_path(length: float, thickness: float, step: float, refinement: float, fabric: Fabric) -> tuple[float, float]:
+def _r_path(refinement: float, fabric: Fabric) -> tuple[float, float]:
     """Share of the R-path planned with the L* of the fold that is followed without friction; M_0 that suffices."""
-    try:
-        unit = fabric.units["fold"]
-        follow = partial(on_r_path, fabric, unit, length, thickness, step, refinement)
-        without = follow(0.0)
-    except SolveError:
-        return np.nan, np.nan
-    if without == 1.0:
-        return without, 0.0
-    try:
-        return without, next((moment for moment in MOMENTS if follow(moment) == 1.0), np.inf)
-    except SolveError:
-        return without, np.nan
-
-
-def law(fabric: Fabric, unit: float) -> tuple[Array, Array]:
-    """Curvature and moment in 1/L* and rho_a g L*^2, densely, to where the law is straight."""
-    kappa = np.linspace(0.0, fabric.end, 401)[1:]
-    return unit * kappa, fabric.moment(kappa) / (fabric.weight * unit**2)
-
-
-def advance(
-    fabric: Fabric, unit: float, height: float, length: float, thickness: float, refinement: float
-) -> tuple[float, float]:
-    """lambda / L* at the end of the advance, and whether that is a snap."""
-    state = elastica.state_no_horizontal_force(height)
-    mesh = StripModel(length, thickness, kind="rod").contact_mesh(refinement)
-    found = to_the_end(bent(from_elastica(mesh, AlongX(height), state.advance, state), *law(fabric, unit)))
-    return found.lam, float(found.end is End.SNAP)
-
-
-def on_r_path(
-    fabric: Fabric, unit: float, length: float, thickness: float, step: float, refinement: float, moment: float
-) -> float:
-    """Share of the R-path planned with this L* up to the loss of stability; 1 where the strip is followed to its touch.
-
-    ``moment``: M_0, rho_a g L*^2.
-    """
-    path = rpath.plan_r_path(length).path
-    first = _at_first(fabric, unit, path, length, thickness, refinement, moment)
-    try:
-        for state in load_incrementally_from(first, steps_on(path, length, step)):
-            if state.touches:
-                break
-    except LostStabilityError as error:
-        return float(error.parameter or np.nan) / path.length
-    return 1.0
-
-
-def _at_first(
-    fabric: Fabric,
-    unit: float,
-    path: GripperPath,
-    length: float,
-    thickness: float,
-    refinement: float,
-    moment: float,
-) -> BranchPoint:
-    mesh = StripModel(length, thickness, kind="rod").contact_mesh(refinement, memory=bool(moment))
-    curvature, moments = law(fabric, unit)
-    first = bent(from_flat(mesh, AlongPath(path.pieces[0], length), FIRST), curvature, moments)
-    if not moment:
-        return first
-
-    def effects(model: Model, q: Array) -> tuple[BendingLaw, Hysteresis]:
-        friction = Hysteresis.of(model, moment, yield_curvature=YIELD_CURVATURE, slack=q)
-        return BendingLaw.of(model, MomentCurvature(curvature, moments)), friction
-
-    return with_effects(first, effects)
-
-
-HELD = 0.2
-"""M_0 / rho_a g L*^2 that the four fabrics with a published loop have at least."""
+    law, _ = attempted(lambda: fabric.law(fabric.units["fold"]))
+    without, _ = attempted(lambda: _followed(law, refinement, 0.0)) if law else (None, "")
+    if law is None or without is None:
+        return nan, nan
+    trials = (0.0,) if without == 1.0 else MOMENTS
+    found, _ = attempted(lambda: next((m for m in trials if _followed(law, refinement, m) == 1.0), inf))
+    return without, nan if found is None else found
 
 
 def facts(d: xr.Dataset) -> Facts:
-    """lambda of strips with their fabric's law over that of linear strips, by the way to eta_b."""
-    ratio = d.advance / d.predicted
-
-    def within(estimate: str) -> str:
+    """The textile's law against its secant; strips with their fabric's law over linear strips, by the way to eta_b."""
+    measured, secant = (d.sel(law=law) for law in ("measured", "secant"))
+    ratio, decided = d.strip_advance / d.predicted, d.friction.notnull()
+    ranges = {}
+    for estimate in ESTIMATES:
         low, high = ratio.sel(estimate=estimate).quantile([0.05, 0.95])
-        return f"{float(low):.2f} to {float(high):.2f}"
-
-    slope = d.gravity_length.sel(estimate="slope", flattest=d.flattest[0]) ** 3
-    warp = slope.max("direction") / slope.min("direction")
-    decided = d.friction.notnull()
-    return {
+        ranges[f"{estimate.split()[0]}_range"] = f"{float(low):.2f} to {float(high):.2f}"
+    return ranges | {
+        "heights": f"{float(d.gripper_height.min()):g} to {float(d.gripper_height.max()):g}",
+        "ratio": (measured.advance / secant.advance).max(),
+        "least_ratio": (measured.advance / secant.advance).min(),
+        "bend": measured.curvature.max() / d.measured_curvature.max(),
+        "leaves": (measured.leaves / measured.advance).max(),
+        "lost": measured.path_lost,
+        "secant_lost": secant.path_lost,
         "height": d.attrs["height"],
         "strips": ratio.sel(estimate="fold").size,
         "fold": ratio.sel(estimate="fold").median(),
-        "fold_range": within("fold"),
-        "secant_range": within("secant"),
-        "slope_range": within("slope"),
-        "mean_range": within("mean slope"),
-        "touch": int((d.snap == 0.0).sum()),
-        "failed": int(d.advance.isnull().sum()),
-        "ratio": warp.median(),
-        "most": warp.max(),
+        "touch": int((d.strip_snap == 0.0).sum()),
+        "failed": int(d.strip_advance.isnull().sum()),
         "tried": int(decided.sum()),
         "moment": HELD,
         "held": ((d.friction <= HELD) & decided).sum() / decided.sum(),
-        "lost": f"{float(d.followed.min()):.2f} to {float(d.followed.max()):.2f}",
+        "lost_at": f"{float(d.followed.min()):.2f} to {float(d.followed.max()):.2f}",
     }
 
 
 # fmt: off
 NUMBERS = {
     facts: (
+        Number("textile_law_ratio", "ratio", "1", "no criterion",
+            "largest lambda_c of the textile with its measured bending law over that of its secant, gripper at "
+            "{heights} L*; smallest {least_ratio:.3f}. The largest curvature there is {bend:.2f} of the largest one "
+            "measured; it leaves the measured range at {leaves:.0%} of lambda_c or before"),
+        Number("textile_law_path", "lost", "1", "no criterion",
+            "share of the R-path planned with the secant that the textile with its measured law, without friction, "
+            "follows before it snaps; with the secant {secant_lost:.2f}"),
         Number("fabric_law_lambda", "fold", "1", "no criterion",
             "median of lambda at the end of the advance at {height:g} L* of {strips} strips with the bending law of "
             "their fabric over that of the linear strip whose eta_b is read from the height of their fold; 90 % lie "
             "within {fold_range}. With eta_b from the secant at the largest curvature {secant_range}, from the slope "
             "along the strip {slope_range}, from the slope averaged over warp and weft {mean_range}; {touch} land "
             "without a snap, {failed} were not followed"),
-        Number("fabric_law_warp", "ratio", "1", "no criterion",
-            "median of the larger over the smaller slope along warp and weft; the largest {most:.1f}"),
         Number("fabric_law_rpath", "held", "1", "no criterion",
             "share of these strips, of {tried} with a verdict, that follow the R-path planned with the eta_b of their "
-            "fold with M_0 = {moment:g} rho_a g L*^2 or less; without friction they are lost at {lost} of it"),
+            "fold with M_0 = {moment:g} rho_a g L*^2 or less; without friction they are lost at {lost_at} of it"),
     ),
 }
 # fmt: on
+
+LOOKS = {"measured": ("measured law", BLACK), "secant": ("secant", SKY)}
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw (a) moment over curvature, with the sharpest bend of each critical state, (b) lambda_c over the height."""
+    fig = figure(4.6)
+    top, bottom = fig.subplots(2, 1)
+    kappa, moment = data["measured_curvature"].values, data["measured_moment"].values
+    laws = {"measured": MomentCurvature(kappa, moment), "secant": MomentCurvature(kappa, kappa)}
+    for name, (label, color) in LOOKS.items():
+        one, law = data.sel(law=name), laws[name]
+        bends = one["curvature"].values
+        inside, beyond = np.linspace(0.0, kappa[-1], 200), np.linspace(kappa[-1], max(bends.max(), kappa[-1]), 20)
+        line: dict[str, Any] = {"color": color, "lw": 1.0}
+        top.plot(inside, law.moment(inside), label=label, **line)
+        top.plot(beyond, law.moment(beyond), ls="--", label=f"_{name}-beyond", **line)
+        top.plot(bends, law.moment(bends), "|", color=color, ms=14, label=f"_{name}-critical")
+        bottom.plot(data["gripper_height"], one["advance"], color=color, marker="o", label=f"snap, {label}")
+    top.plot(kappa, moment, ".", color=BLACK, ms=4, label="measured points")
+    top.plot([], [], color=BLACK, ls="--", lw=1.0, label="extrapolated")
+    top.plot([], [], "|", color=GREY, ms=10, label=r"sharpest bends at $\lambda_c$")
+    ends = data["leaves"].sel(law="measured")
+    bottom.plot(data["gripper_height"], ends, color=BLACK, ls=":", marker="x", label="end of the measured curvatures")
+    top.set(xlabel=r"curvature $\kappa L^*$", ylabel=r"moment $m\,/\,\rho_a g {L^*}^2$")
+    top.set(xlim=(0.0, None), ylim=(0.0, 1.15 * laws["measured"].moment(data["curvature"].values).max()))
+    bottom.set(xlabel=r"gripper height $z\,/\,L^*$", ylabel=r"advance $\lambda\,/\,L^*$", ylim=(0.0, None))
+    for ax, letter in ((top, "(a)"), (bottom, "(b)")):
+        ax.legend(loc="lower right", fontsize=7)
+        note(ax, letter)
+    return fig

@@ -1,12 +1,14 @@
-"""Real fabrics in units of the strip's own weight and stiffness, from published measurements.
+"""Real fabrics in units of their own weight and stiffness, and their friction beside that which an R-path needs.
 
 With the weight w per area and the bending rigidity B, L* = (B / w)^(1/3).  Kawabata's test also gives 2HB, the width of
-the loop: M_0 is half of it.  A first bending, moment = M_0 + B kappa, gives B and M_0 by a straight line.
-Source: docs/physics.md, section 8.
+the loop: M_0 is half of it.  A first bending, moment = M_0 + B kappa, gives B and M_0 by a straight line.  An R-path is
+planned for the given eta_b and followed by rods with the least, the given and the largest one of an interval: M_0
+suffices if all of them follow.  Source: docs/physics.md, section 8; docs/plan.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,28 +18,27 @@ from matplotlib.figure import Figure
 
 from plots.friction_needed import MOMENT
 from plots.pieces import LENGTH_TITLE, note
-from stripfold import elastica
+from stripfold import elastica, paths
+from stripfold.ask.friction import bisected, estimate, lost_with
+from stripfold.ask.inputs import PlanInputs
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.material import GRAVITY
+from stripfold.base.material import GRAVITY, Material
 from stripfold.draw.colours import BLACK, FRICTION, GREY, SKY, VERMILLION
 from stripfold.draw.style import CM, figure, styled
 from stripfold.files import tables
 from tasks import textile
-from verification.common import dataset
+from verification.common import Progress, dataset, grid
 from verification.numbers import Facts, Number
 
-UNITS = {
-    "kg m^-2": "areal_density",
-    "m^-4 s^2": "eta_b",
-    "m": "gravity_length",
-    "N": "loop_width textile_moment",
-    "N m": "rigidity textile_rigidity",
-}
-
+UNITS = {"m": "gravity_length"}
 COLUMNS = (
     "name,fibre,weave,areal_density_kg_per_m2,B_N_m,2HB_N,b_1_warp_N_m,b_1_weft_N_m,b_2_warp_N_m2,b_2_weft_N_m2,source"
 )
 MAX_ROWS = 1000
+ETA_B = 3780.0
+"""Any: in units of L* a strip of one length is nearly one strip."""
+NARROW, MOST = 1.15, 2.0
+"""Ratio of the bracket's ends at which the search for M_0 ends; largest M_0 tried, rho_a g L*^2."""
 
 
 def run(
@@ -45,63 +46,76 @@ def run(
     measured: str = "data/textile_moment_curvature.csv",
     areal_load: float = 13.6,
     height: float = 3.0,
+    lengths: Sequence[float] = (14.0,),
+    uncertainties: Sequence[float] = (0.0, 0.2),
+    threads: int = 1,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
-    """L* of the fabrics of ``table``, over ``fabric``; friction of those with 2HB, over ``bent``, and of a textile.
+    """L* of the fabrics of ``table``, over ``fabric``; M_0 of those with 2HB, over ``bent``, of a textile, and needed.
 
-    ``table``: path of the fabrics' table, with the header :data:`COLUMNS`; 2HB may be empty.  ``measured``,
-    ``areal_load``: moment-curvature table of the textile as it is first bent, and its weight per area, N m^-2.
-    ``height``: height of the gripper at whose critical state the textile's secant is taken, L*.  Raises
-    InvalidInputError: a table that cannot be read, or a value that is not positive.
+    ``table``: with the header :data:`COLUMNS`; 2HB may be empty.  ``measured``, ``areal_load``: moment-curvature table
+    of the textile as it is first bent, and its weight per area, N m^-2.  ``height``: at whose critical state the
+    textile's secant is taken, L*.  ``lengths``, ``uncertainties``: of strips on R-paths, L*; of eta_b, relative.
     """
     path = Path(table)
     known = tables.read_table("table", path, COLUMNS, (1, MAX_ROWS))
-    rows = [row for _, row in known.rows]
-    name, fibre, weave, *_, source = (list(column) for column in zip(*rows, strict=True))
-    with_loop = np.array([row[5] != "" for row in rows])
+    loops = replace(known, rows=[row for row in known.rows if row[1][5]])
     density, rigidity = known.numbers(slice(3, 5)).T
-    loop = replace(known, rows=[row for row in known.rows if row[1][5]]).numbers(slice(5, 6))[:, 0]
-    least = float(np.concatenate([density, rigidity, loop]).min())
+    numbers = loops.numbers(slice(3, 6))
+    least = float(min(density.min(), rigidity.min(), numbers.min()))
     if least <= 0.0:
         raise InvalidInputError("table", least, "positive areal densities, rigidities and 2HB", f"see {path}")
-    weight = GRAVITY * density
-    unit = np.cbrt(rigidity / weight)
     bent = textile.read_table(measured)
-    slope, moment = np.polyfit(bent[:, 0], bent[:, 1], 1)  # moment = M_0 + B kappa in a first bending
+    moment = np.polyfit(bent[:, 0], bent[:, 1], 1)[1]  # moment = M_0 + B kappa in a first bending
     secant = textile.secant(bent, areal_load, textile.largest_curvature(elastica.critical(height).state))
-    units = {"": np.cbrt(slope / areal_load), "_secant": np.cbrt(secant.stiffness / areal_load)}
+    weight = GRAVITY * numbers[:, 0]
     return dataset(
         {
-            "fabric": ("fabric", name),
-            "fibre": ("fabric", fibre),
-            "weave": ("fabric", weave),
-            "source": ("fabric", source),
-            "areal_density": ("fabric", density),
-            "rigidity": ("fabric", rigidity),
-            "gravity_length": ("fabric", unit),
-            "eta_b": ("fabric", density / rigidity),
-            "bent": ("bent", np.array(name)[with_loop]),
-            "loop_width": ("bent", loop),
-            "friction": ("bent", 0.5 * loop / (weight * unit**2)[with_loop]),
-            "textile_rigidity": ((), slope),
-            "textile_moment": ((), moment),
-            **{f"textile_friction{of}": ((), moment / (areal_load * unit**2)) for of, unit in units.items()},
+            "fabric": ("fabric", [row[0] for _, row in known.rows]),
+            "gravity_length": ("fabric", np.cbrt(rigidity / (GRAVITY * density))),
+            "bent": ("bent", [row[0] for _, row in loops.rows]),
+            "friction": ("bent", 0.5 * numbers[:, 2] / (weight * np.cbrt(numbers[:, 1] / weight) ** 2)),
+            "textile_friction": ((), moment / (areal_load * np.cbrt(secant.stiffness / areal_load) ** 2)),
+            **grid(needed, ("suffices",), {"length": lengths, "uncertainty": uncertainties}, threads, progress),
         },
         units=UNITS,
     )
 
 
+def needed(length: float, uncertainty: float) -> dict[str, float]:
+    """The least M_0 found to suffice, rho_a g L*^2 of the given strip; raises SolveError: there is none."""
+    unit = Material(ETA_B).gravity_length
+    given = PlanInputs(length=length * unit, eta_b=ETA_B, eta_b_uncertainty=uncertainty)
+    curve, scale = paths.r_path(given).curve, given.material.force_scale * unit
+    strips = given.strips if uncertainty else given.strips[1:2]
+    followed = [(strip.material, strip.length, curve.scaled(1.0 / strip.gravity_length)) for strip in strips]
+
+    def holds_with(moment: float) -> bool | None:
+        return True if lost_with(followed, moment * scale, None) is None else None
+
+    return {"suffices": bisected(holds_with, estimate(length, uncertainty), 1.3, NARROW, MOST)[1]}
+
+
 def facts(d: xr.Dataset) -> Facts:
-    """L* of fabrics and their friction."""
-    lengths = 100.0 * d.gravity_length  # cm
+    """Friction of fabrics, and over what R-paths need, with the smallest and the largest uncertainty of eta_b."""
+    least, median = float(d.friction.min()), float(d.friction.median())
+
+    def each(needed: xr.DataArray) -> str:
+        rows = zip(d.length.values, needed.values, strict=True)
+        return ", ".join(f"{least / m:.2g} and {median / m:.2g} at {length:g} L*" for length, m in rows)
+
+    exact, uncertain = (d.suffices.sel(uncertainty=u) for u in (d.uncertainty.min(), d.uncertainty.max()))
     return {
-        "count": d.sizes["fabric"],
-        "shortest": lengths.min(),
-        "length": lengths.median(),
-        "longest": lengths.max(),
         "bent": d.sizes["bent"],
-        "median": d.friction.median(),
-        "least": d.friction.min(),
+        "median": median,
+        "least": least,
         "most": d.friction.max(),
+        "uncertainty": d.uncertainty.max(),
+        # A length for which none was found has no margin.
+        "exact": (least / exact).fillna(0.0).min(),
+        "uncertain": (least / uncertain).fillna(0.0).min(),
+        "exact_each": each(exact),
+        "uncertain_each": each(uncertain),
     }
 
 
@@ -110,6 +124,13 @@ NUMBERS = {
     facts: (
         Number("fabric_friction_median", "median", "1", "no criterion",
             "median M_0 / rho_a g L*^2 of the fabrics with 2HB; smallest {least:.2f}, largest {most:.2f}"),
+        Number("friction_margin_exact", "exact", "1", "> 1",
+            "least M_0 of the {bent} fabrics with 2HB over the M_0 that suffices on the R-path of a strip whose eta_b "
+            "is known exactly, the least over the lengths; least and median fabric by length: {exact_each}",
+            spread=0.2),
+        Number("friction_margin_uncertain", "uncertain", "1", "> 1",
+            "the same where eta_b is known to {uncertainty:.0%} and all of the interval must be followed: "
+            "{uncertain_each}", spread=1.0),
     ),
 }
 # fmt: on
@@ -120,7 +141,7 @@ KNOWN = (BLACK, SKY, VERMILLION, FRICTION)
 
 
 @styled
-def draw(data: xr.Dataset, needed: xr.Dataset) -> Figure:
+def draw(data: xr.Dataset) -> Figure:
     """Draw (a) the share of fabrics up to each L*, (b) the M_0 that an R-path needs, beside that of fabrics."""
     fig = figure(5.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(1.0, 1.6))
@@ -131,13 +152,13 @@ def draw(data: xr.Dataset, needed: xr.Dataset) -> Figure:
         top.plot(CM * lengths.values[chosen], share[chosen], "o", ms=4, color=BLACK, mfc=fill, label=label)
     top.set(xlabel="$L^*$ [cm]", ylabel="share of fabrics", xlim=(0.0, None), ylim=(0.0, 1.05))
     top.legend(loc="lower right", fontsize=7)
-    for color, (uncertainty, one) in zip(KNOWN, needed["suffices"].groupby("uncertainty"), strict=False):
+    for color, (uncertainty, one) in zip(KNOWN, data["suffices"].groupby("uncertainty"), strict=False):
         known = f"known to {100.0 * uncertainty:g} %" if uncertainty else "known exactly"
-        bottom.plot(needed["length"], one.squeeze(), "o-", ms=4, color=color, label=rf"$\eta_b$ {known}")
-    right = float(needed["length"].max())
-    left = float(needed["length"].min())
+        bottom.plot(data["length"], one.squeeze(), "o-", ms=4, color=color, label=rf"$\eta_b$ {known}")
+    right = float(data["length"].max())
+    left = float(data["length"].min())
     own = dict(zip(data["bent"].values, data["friction"].values, strict=True))
-    own["dry textile (secant)"] = float(data["textile_friction_secant"])
+    own["dry textile (secant)"] = float(data["textile_friction"])
     # Alternately at either side: neighbours may be close.
     for i, (name, moment) in enumerate(sorted(own.items(), key=lambda item: item[1])):
         bottom.axhline(moment, color=GREY, lw=0.8, ls=":", zorder=0)

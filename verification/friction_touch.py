@@ -6,7 +6,7 @@ in L*, M_0 in rho_a g L*^2.  Source: docs/physics.md, section 9.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -14,35 +14,36 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from scipy.optimize import brentq
 
 from plots.friction_needed import MOMENT
 from plots.pieces import PATH_LOOKS, entry, look, note
 from stripfold import elastica
 from stripfold.base.arrays import Array
-from stripfold.base.errors import LostStabilityError, SolveError
+from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, LYING, SHADE
 from stripfold.draw.style import figure, styled
 from stripfold.follow.contact import touch_position, touches
-from stripfold.follow.contact_branch import BranchPoint, from_elastica, solved
+from stripfold.follow.contact_branch import from_elastica, solved
 from stripfold.follow.contact_events import clearance
 from stripfold.follow.fall import TIME_OPTIONS
-from stripfold.follow.memory import load_incrementally_from, with_effects
+from stripfold.follow.memory import load, with_effects
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import model_in_time, set_in_motion
-from stripfold.follow.track import on_mesh
+from stripfold.follow.track import End, Track, on_mesh
 from stripfold.paths import geometric
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
-from stripfold.strip import contact_mesh
+from stripfold.strip.contact_mesh import LYING as ON_FLOOR
 from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX, Motion
 from verification.common import Progress, dataset, grid
-from verification.motion_with_friction import SIZES, Case, Kept
+from verification.friction_delay import SIZES, Case, Kept
 from verification.numbers import Facts, Number
 
 PATHS = {"triangular": geometric.triangular, "circular": geometric.circular}
@@ -52,69 +53,81 @@ LONGEST_FREE = 0.6
 """Share of the strip for which the elements are planned."""
 NEAR, FINE = 0.3, 0.25
 """Height of the sag, L*, below which steps are shorter, and their share of the others."""
-STIFFEST = 5.0
-"""Largest M_0 / kappa_y: what touches is found on new elements."""
-TOUCH_TOLERANCE = 1e-3
-LONGEST_FALL = 300.0
+TOUCH_TOLERANCE, LONGEST_FALL = 1e-3, 300.0
 """sqrt(L*/g)."""
-LAID, FELL = 0.0, 1.0
-"""How the sag comes down: in statics or in time."""
+SPEED, DAMPING = 0.05, Damping(air=0.11, stiffness=0.05)
+"""Of what is followed in time: speed of the gripper, sqrt(g L*)."""
+USUAL = Case(20.0, 0.01, yield_curvature=0.05, step=0.2, stiffest=5.0)
+"""What touches is found on new elements: springs are less stiff than along x."""
+FABRICS = 0.2
+"""M_0 / rho_a g L*^2 from which on a strip counts as a fabric here: data/fabrics.csv begins at 0.22."""
 
 
-def first_touch(case: Case, path: GripperPath, moment: float) -> tuple[float, float]:
-    """x of the first touch, origin mid-strip, and :data:`LAID` or :data:`FELL`.
+def run(
+    lengths: Sequence[float] = (12.0, 20.0),
+    moments: Sequence[float] = (0.01, 0.3),
+    checked: float = 20.0,
+    uncertainty: float = 0.2,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """First touches over ``path``, ``length`` and ``moment``, 0 among them.
+
+    ``lengths``: ascending.  ``moments``: M_0, ascending, without 0.  ``checked``: length of the strips that are
+    computed with halved elements and steps as well.  ``uncertainty``: relative uncertainty of eta_b of the band.
+    """
+    axes: dict[str, Sequence[Any]] = {"path": list(PATHS), "length": lengths, "moment": [0.0, *moments]}
+    found = grid(partial(_touch, USUAL), ("touch_x", "fell"), axes, threads, progress)
+    finer = replace(USUAL, refinement=0.5, step=0.5 * USUAL.step)
+    again = grid(partial(_touch, finer), ("touch_x",), axes | {"length": [checked]}, threads, progress)
+    # A larger eta_b is a smaller L*.
+    units = [(1.0 + sign * uncertainty) ** (-1.0 / 3.0) for sign in (-1.0, 1.0)]
+    band = [_with_unit(np.log(lengths), found["touch_x"][1], unit) for unit in units]
+    return dataset(
+        {
+            **found,
+            "touch_stiffer": (tuple(axes), band[0]),
+            "touch_softer": (tuple(axes), band[1]),
+            "planned_x": ("length", [plan_r_path(length).first_touch for length in lengths]),
+            "checked_length": ((), checked),
+            "checked_x": (("path", "moment"), again["touch_x"][1][:, 0]),
+        },
+    )
+
+
+def _touch(case: Case, path: str, length: float, moment: float) -> dict[str, float]:
+    return first_touch(replace(case, length=length), PATHS[path](length), moment)
+
+
+def first_touch(case: Case, path: GripperPath, moment: float) -> dict[str, float]:
+    """x of the first touch, origin mid-strip, and whether the strip fell.
 
     Raises SolveError: a state could not be computed, or the strip does not touch; TimeStepError: the fall could not be
     followed.
     """
-    steps: list[BranchPoint] = []
-    try:
-        for step in statics(case, path, moment):
-            steps = [*steps[-1:], step]
-            if step.touches:
-                problem, point = on_mesh(step)
-                return touch_position(problem.model, point), LAID
-    except LostStabilityError:
-        before, last = steps
-        return in_time(case, path, before, last, Moving(last.lam, case.speed, path.length)), FELL
-    raise SolveError("the strip is followed to the path's end without a touch")
+    found = statics(case, path, moment)
+    if found.end is End.TOUCH:
+        problem, point = on_mesh(found.points[-1])
+        return {"touch_x": touch_position(problem.model, point), "fell": 0.0}
+    if found.end is not End.SNAP:
+        raise SolveError("the strip is followed to the path's end without a touch")
+    return {"touch_x": in_time(case, path, found, Moving(found.points[-1].lam, SPEED, path.length)), "fell": 1.0}
 
 
-def statics(case: Case, path: GripperPath, moment: float) -> Iterator[BranchPoint]:
-    """Steps along a path from :data:`FIRST_HEIGHT` on, shorter where the sag is low.
+def statics(case: Case, path: GripperPath, moment: float, end: float = np.inf) -> Track:
+    """The strip along a path from :data:`FIRST_HEIGHT` on to ``end``, in steps that are shorter where the sag is low.
 
-    Raises LostStabilityError: the strip did not follow; SolveError: a state could not be computed.
+    The first state is the elastica's nearest one at this height.  Raises SolveError: a state could not be computed.
     """
-    at = _first(case, path)
-    if moment:
-        at = with_effects(at, lambda model, q: (case.friction(model, moment, q),))
-    low = False
-
-    def places() -> Iterator[tuple[Motion, float]]:
-        travelled = at.point.lam
-        for piece in path.pieces:
-            motion = AlongPath(piece, case.length)
-            while travelled < piece.end - 1e-9:
-                travelled = min(travelled + case.step * (FINE if low else 1.0), piece.end)
-                yield motion, travelled
-
-    for step in load_incrementally_from(at, places()):
-        low = clearance(step.problem, step.point.q)[0] < NEAR
-        yield step
-
-
-def _first(case: Case, path: GripperPath) -> BranchPoint:
-    """The state with the gripper at :data:`FIRST_HEIGHT`, from the elastica's nearest one at this height."""
     piece = path.pieces[0]
-    travelled = _at_height(piece)
+    travelled = brentq(lambda s: piece.position(s)[1] - FIRST_HEIGHT, piece.start, 0.5 * piece.end)
     lam = float(piece.position(travelled)[0]) + case.length / 2.0
     start = elastica.state_no_horizontal_force(FIRST_HEIGHT)
     if lam > start.advance:
         branch = elastica.x_axis_branch(FIRST_HEIGHT, past=0.01, max_step=0.05)
         start = min(branch, key=lambda state: abs(state.advance - lam))
-    strip = StripModel(case.length, case.thickness, kind="rod")
-    longest = np.array([LONGEST_FREE * case.length])
-    mesh = Kept.of(case.length, contact_mesh.LYING, longest, SIZES.scaled(case.refinement), strip.model)
+    strip, longest = StripModel(case.length, case.thickness, kind="rod"), np.array([LONGEST_FREE * case.length])
+    mesh = Kept.of(case.length, ON_FLOOR, longest, SIZES.scaled(case.refinement), strip.model)
 
     def kept(contact: Array) -> ContactMesh:
         return replace(mesh, planned=contact, model=mesh.at(contact))
@@ -122,82 +135,37 @@ def _first(case: Case, path: GripperPath) -> BranchPoint:
     at = from_elastica(kept, AlongX(FIRST_HEIGHT), start.advance, start)
     for advance in np.linspace(start.advance, lam, 8)[1:]:
         at = solved(at.problem, at.point.q, float(advance))
-    return solved(MovingContact(at.problem.mesh, AlongPath(piece, case.length)), at.point.q, travelled)
+    at = solved(MovingContact(at.problem.mesh, AlongPath(piece, case.length)), at.point.q, travelled)
+    if moment:
+        at = with_effects(at, lambda model, q: (case.friction(model, moment, q),))
+    now = [at]
+
+    def places() -> Iterator[tuple[Motion, float]]:
+        lam = at.lam
+        for piece in path.pieces:
+            while lam < min(piece.end - 1e-9, end):
+                low = len(now) > 1 and clearance(now[-1].problem, now[-1].point.q)[0] < NEAR
+                lam = min(lam + case.step * (FINE if low else 1.0), piece.end)
+                yield AlongPath(piece, case.length), lam
+
+    return load(at, places(), "touch", progress=now.append)
 
 
-def _at_height(piece: Piece) -> float:
-    """Length travelled at :data:`FIRST_HEIGHT`."""
-    low, high = piece.start, 0.5 * piece.end
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if piece.position(middle)[1] < FIRST_HEIGHT else (low, middle)
-    return high
-
-
-def in_time(case: Case, path: GripperPath, before: BranchPoint, last: BranchPoint, drive: Drive) -> float:
-    """x of the first touch of a strip in motion, from two static states; ``drive`` begins at the last.
+def in_time(case: Case, path: GripperPath, found: Track, drive: Drive) -> float:
+    """x of the first touch of a strip in motion, from its last two static states; ``drive`` begins at the last.
 
     Raises SolveError: the strip does not touch; TimeStepError: the motion could not be followed.
     """
-    problem, first = set_in_motion(before, last, case.speed, model_in_time(last, case.refinement))
+    before, last = found.branch[-2:]
+    problem, first = set_in_motion(before, last, SPEED, model_in_time(last, case.refinement))
     problem = replace(problem, motion=AlongPath(path, case.length))
     touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
-    damping = Damping(case.air, case.stiffness)
-    for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
+    for state in dynamics.march(problem, first, drive, DAMPING, options=TIME_OPTIONS, until=[touch]):
         if touches(problem.model, state):
             return touch_position(problem.model, state)
         if state.t > LONGEST_FALL:
             break
     raise SolveError("the strip does not come down", parameter=last.lam)
-
-
-MOTION = {"yield_curvature": 0.05, "step": 0.2, "speed": 0.05, "air": 0.11, "stiffness": 0.05}
-
-
-def run(
-    lengths: Sequence[float] = (12.0, 20.0),
-    thickness: float = 0.01,
-    moments: Sequence[float] = (0.01, 0.3),
-    checked: float = 20.0,
-    motion: Mapping[str, Any] = MOTION,
-    uncertainty: float = 0.2,
-    threads: int = 1,
-    progress: Progress | None = None,
-) -> xr.Dataset:
-    """First touches over ``path``, ``length`` and ``moment``, 0 among them.
-
-    ``lengths``, ``thickness``: strips, by ascending length.  ``moments``: M_0, ascending, without 0.  ``checked``:
-    length of the strips that are computed with halved elements and steps as well.  ``motion``: kappa_y, 1/L*, steps of
-    the statics, speed and damping: fields of :class:`.Case`.  ``uncertainty``: relative uncertainty of eta_b of the
-    band.
-    """
-    case = Case(lengths[0], thickness, stiffest=STIFFEST, **motion)
-    axes: dict[str, Sequence[Any]] = {"path": list(PATHS), "length": lengths, "moment": [0.0, *moments]}
-    found = grid(partial(_touch, case), ("touch_x", "fell"), axes, threads, progress)
-    finer = replace(case, length=checked, refinement=0.5, step=0.5 * case.step)
-    axes |= {"length": [checked]}
-    again = grid(partial(_touch, finer), ("touch_x",), axes, threads, progress)["touch_x"][1][:, 0]
-    x, dims = found["touch_x"][1], ("path", "length", "moment")
-    # A larger eta_b is a smaller L*.
-    units = [(1.0 + sign * uncertainty) ** (-1.0 / 3.0) for sign in (-1.0, 1.0)]
-    band = [_with_unit(np.log(lengths), x, unit) for unit in units]
-    first = [plan_r_path(length).first_touch for length in lengths]
-    return dataset(
-        {
-            **found,
-            "touch_stiffer": (dims, band[0]),
-            "touch_softer": (dims, band[1]),
-            "planned_x": ("length", first),
-            "checked_length": ((), checked),
-            "checked_x": (("path", "moment"), again),
-        },
-        {"thickness": thickness, "uncertainty": uncertainty, "step": case.step, "speed": case.speed},
-    )
-
-
-def _touch(case: Case, path: str, length: float, moment: float) -> dict[str, float]:
-    found = first_touch(replace(case, length=length), PATHS[path](length), moment)
-    return dict(zip(("touch_x", "fell"), found, strict=True))
 
 
 def _with_unit(log_length: Array, x: Array, unit: float) -> Array:
@@ -211,17 +179,13 @@ def _with_unit(log_length: Array, x: Array, unit: float) -> Array:
     return np.asarray(unit * (x[:, at] + share[:, None] * (x[:, at + 1] - x[:, at])))
 
 
-LEAST_OF_FABRICS = 0.2
-"""M_0 / rho_a g L*^2 from which on a strip counts as a fabric here: data/fabrics.csv begins at 0.22."""
-
-
 def facts(d: xr.Dataset) -> list[Facts]:
     """First touch less the planned one with the friction of fabrics; one for each path."""
     out = []
     for path in d.path.values:
         one = d.sel(path=path)
         error = one.touch_x - d.planned_x
-        real = error.sel(moment=d.moment >= LEAST_OF_FABRICS)
+        real = error.sel(moment=d.moment >= FABRICS)
         band = 0.5 * (one.touch_stiffer - one.touch_softer)
         finer = np.abs(one.touch_x.sel(length=float(d.checked_length)) - one.checked_x)
         out.append(
@@ -234,7 +198,7 @@ def facts(d: xr.Dataset) -> list[Facts]:
                 "band": band.max(),
                 "error": finer.max(),
                 "lengths": ", ".join(f"{length:g}" for length in d.length.values),
-                "fell": int((one.fell.sel(moment=d.moment >= LEAST_OF_FABRICS) == 1.0).sum()),
+                "fell": int((one.fell.sel(moment=d.moment >= FABRICS) == 1.0).sum()),
             }
         )
     return out

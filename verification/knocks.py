@@ -8,6 +8,7 @@ back.  On the rod; lengths in L*, energies per width in rho_a g L*^2.  Source: d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 
@@ -96,7 +97,7 @@ def run(
     height: float = 5.0,
     thickness: float = 0.0594,
     refinement: float = 1.0,
-    distances: list[float] = (0.01, 0.04, 0.1),
+    distances: Sequence[float] = (0.01, 0.04, 0.1),
     bisections: int = 4,
     progress: Progress | None = None,
 ) -> xr.Dataset:

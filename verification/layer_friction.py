@@ -8,7 +8,7 @@ Source: docs/physics.md, section 8.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -23,7 +23,7 @@ from stripfold.draw.colours import GREEN, GREY, SHADE
 from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import SPEED, TIME_OPTIONS, dissipated, follow_in_time, opened
-from stripfold.follow.track import Track, mid_surfaces, nodes, shape_error
+from stripfold.follow.track import mid_surfaces, nodes, shape_error
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
@@ -40,143 +40,109 @@ DAMPING = Damping(air=0.1, stiffness=0.06)
 """Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
 HALF_STEP = 1.0 / 8.0
 """Factor on the estimated error of a time step: steps half as long."""
+LENGTH, THICKNESS = 14.0, 0.05
+MOMENT, FABRIC = 0.02, 0.3
+"""M_0 of the bending hysteresis, with which the R-path is followed, and that of fabrics, rho_a g L*^2."""
+BAND = 0.2, 0.6
+"""Coefficients of friction of fabrics on each other."""
+OFF = 0.1
+"""Error of a fold above which it is not accurate, L*."""
 
 
 def run(
-    length_star: float = 14.0,
-    thickness: float = 0.05,
-    moment: float = 0.02,
     coefficients: Sequence[float] = (0.0, 0.2, 0.4, 0.6),
     shown: float = 0.4,
-    band: Sequence[float] = (0.2, 0.6),
     long: float = 24.0,
-    fabric_moment: float = 0.3,
     speeds: Sequence[float] = (0.4,),
     finer: Sequence[str] = ("circular",),
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Errors of the fold over ``path`` and ``mu``; lengths in L*, M_0 in rho_a g L*^2, speeds in sqrt(g L*).
+    """Errors of the fold over ``path`` and ``mu``; at ``shown`` also over ``variant``, and the shapes.
 
-    ``shown``: coefficient of the folds that are drawn, and of all that follow.  ``band``: that of fabrics, from and to.
-    ``long``: another length; on the R-path without hysteresis, too.  ``speeds``: others, on the circular path.
-    ``finer``: paths that are computed with elements and time steps half as long, too.
+    ``long``: another length.  ``speeds``: others of the gripper, on the circular path, sqrt(g L*).  ``finer``: paths
+    that are computed with elements and time steps half as long, too.
     """
-    fold = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
-    values = grid(fold, VALUES, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
-    at = {name: partial(fold, name, shown) for name in PATHS}
-    asked: dict[str, list[Callable[[], Any]]] = {
-        "long": [partial(at[name], length=long) for name in PATHS],
-        "without": [partial(at["r-path"], length=long, moment=0.0)],
-        "fabric": [partial(at[name], moment=fabric_moment) for name in PATHS],
-        "finer": [partial(at[name], finer=True) for name in finer],
-        "speed": [partial(at["circular"], speed=speed) for speed in speeds],
-        "shape": [partial(_shape, name, shown, length_star, thickness, moment) for name in PATHS],
+    values = grid(_numbers, VALUES, {"path": PATHS, "mu": coefficients}, threads, progress)
+    variants: dict[str, tuple[Sequence[str], dict[str, Any]]] = {
+        "usual": (PATHS, {}),
+        "finer": (finer, {"finer": True}),
+        "long": (PATHS, {"length": long}),
+        "without": (("r-path",), {"length": long, "moment": 0.0}),
+        "fabric": (PATHS, {"moment": FABRIC}),
+        **{f"{speed:g}": (("circular",), {"speed": speed}) for speed in speeds},
     }
-    found = iter(pooled(operator.call, [call for calls in asked.values() for call in calls], threads))
-    of = {name: [next(found) for _ in calls] for name, calls in asked.items()}
-    errors = {name: [one["error"] for one in of[name]] for name in asked if name != "shape"}
-    refined = dict(zip(finer, errors["finer"], strict=True))
-    shapes = np.stack(of["shape"])
+    asked = {(variant, path): how for variant, (paths, how) in variants.items() for path in paths}
+    calls = [partial(_numbers, path, shown, **how) for (_, path), how in asked.items()]
+    found = dict(zip(asked, pooled(operator.call, calls, threads), strict=True))
+    errors = [[found[v, path]["error"] if (v, path) in found else np.nan for path in PATHS] for v in variants]
+    shapes = np.array([found["usual", path]["shape"] for path in PATHS])
     return dataset(
         {
             **values,
-            "long_error": ("path", errors["long"]),
-            "long_error_without": ((), errors["without"][0]),
-            "fabric_error": ("path", errors["fabric"]),
-            "finer_error": ("path", [refined.get(name, np.nan) for name in PATHS]),
-            "gripper_speed": ("gripper_speed", list(speeds)),
-            "speed_error": ("gripper_speed", errors["speed"]),
+            "variant": ("variant", list(variants)),
+            "variant_error": (("variant", "path"), errors),
             "x": (("path", "node"), shapes[..., 0]),
             "z": (("path", "node"), shapes[..., 1]),
         },
-        {
-            "length_star": length_star,
-            "moment": moment,
-            "shown": shown,
-            "band": list(band),
-            "long": long,
-            "fabric_moment": fabric_moment,
-        },
+        {"shown": shown, "long": long},
     )
 
 
-def _closed(
-    name: str, mu: float, length: float, thickness: float, moment: float, speed: float = SPEED, finer: bool = False
-) -> Track:
-    """The strip at rest with the gripper closed."""
-    r_path = name == "r-path"
-    path = plan_r_path(length).path if r_path else low(length, LOW) if name == "low" else GEOMETRIC[name](length)
+def _numbers(
+    name: str,
+    mu: float,
+    length: float = LENGTH,
+    moment: float = MOMENT,
+    speed: float = SPEED,
+    finer: bool = False,
+) -> dict[str, Any]:
+    """Error and shape of the closed fold; place of its end after the gripper has opened, over the edge; energies."""
+    fold = plan_r_path(length)
+    path = fold.path if name == "r-path" else low(length, LOW) if name == "low" else GEOMETRIC[name](length)
     options = replace(TIME_OPTIONS, tolerance=HALF_STEP * TIME_OPTIONS.tolerance) if finer else TIME_OPTIONS
-    strip, refinement = StripModel(length, thickness, kind="rod"), 0.5 if finer else 1.0
-    return follow_in_time(strip, path, mu, moment, damping=DAMPING, speed=speed, refinement=refinement, options=options)
-
-
-def _shape(name: str, mu: float, length: float, thickness: float, moment: float) -> Array:
-    closed = _closed(name, mu, length, thickness, moment)
-    return mid_surfaces(closed.states[-1:], nodes(length))[0]
-
-
-def _numbers(name: str, mu: float, *, length: float, thickness: float, moment: float, **how: Any) -> dict[str, float]:
-    """Error of the closed fold; place of its end after the gripper has opened, over the edge; energies."""
-    closed = _closed(name, mu, length, thickness, moment, **how)
-    after = opened(closed, DAMPING, TIME_OPTIONS)
+    how: dict[str, Any] = {"damping": DAMPING, "speed": speed, "refinement": 0.5 if finer else 1.0, "options": options}
+    closed = follow_in_time(StripModel(length, THICKNESS, kind="rod"), path, mu, moment, **how)
+    after = opened(closed, DAMPING, options)
     end = mid_surfaces(after.states[-1:], np.zeros(1))[0][0]
     # What appears from nowhere: where friction gives some, and where the balance does not close.
     given: Array = np.concatenate([np.diff(dissipated(part)) for part in (closed, after)])
     created = float(np.maximum(-given, 0.0).sum()) + max(part.moments[-1].energy.closing for part in (closed, after))
     return {
-        "error": shape_error(*closed.states[-1], plan_r_path(length)),
+        "error": shape_error(*closed.states[-1], fold),
+        "shape": mid_surfaces(closed.states[-1:], nodes(length))[0],
         "edge": float(end[0]) - length / 2.0,
         "dissipated": float(dissipated(after)[-1]),
         "created": max(created, 0.0),
     }
 
 
-OFF = 0.1
-"""Error of a fold that is not accurate, L*."""
-
-
 def facts(d: xr.Dataset) -> Facts:
     """Errors of the folds at the coefficient shown, and from which coefficient on a path does not fold accurately."""
-    at = d.sel(mu=d.attrs["shown"])
-    errors = {path: float(at.error.sel(path=path)) for path in d.path.values}
-    wrong = d.error.sel(path="circular") > OFF
+    at, of, wrong = d.sel(mu=d.attrs["shown"]), d.variant_error, d.error.sel(path="circular") > OFF
     first = int(wrong.values.argmax())
-    low, high = d.attrs["band"]
-    from_, to = float(d.mu[max(first - 1, 0)]), float(d.mu[first])
+    circular = float(at.error.sel(path="circular"))
+    speeds = [name for name in d.variant.values if name[0].isdigit()]
+    # Of mesh and gripper: what varies in the user's world belongs to the error.
+    varies = np.abs(of.sel(variant=["finer", *speeds], path="circular") - circular)
     return {
+        **{f"usual_{path}": error for path, error in zip(d.path.values, at.error.values, strict=True)},
+        **{f"{v}_{path}": of.sel(variant=v, path=path) for v in ("long", "fabric") for path in d.path.values},
+        "without_r-path": of.sel(variant="without", path="r-path"),
         "mu": d.attrs["shown"],
-        "length": d.attrs["length_star"],
-        "moment": d.attrs["moment"],
-        "circular": errors["circular"],
-        "r_path": errors["r-path"],
-        "triangular": errors["triangular"],
-        # Of mesh and gripper: what varies in the user's world belongs to the error.
-        "finer": abs(float(at.finer_error.sel(path="circular")) - errors["circular"]),
-        "varies": max(
-            abs(float(x) - errors["circular"]) for x in (at.finer_error.sel(path="circular"), *d.speed_error)
-        ),
-        "speeds": ", ".join(
-            f"{float(x):.2f} at {float(v):g}" for x, v in zip(d.speed_error, d.gripper_speed, strict=True)
-        ),
+        "length": LENGTH,
+        "long": d.attrs["long"],
+        "moment": MOMENT,
+        "fabric": FABRIC,
+        "finer": varies[0],
+        "varies": varies.max(),
+        "speeds": ", ".join(f"{float(of.sel(variant=v, path='circular')):.2f} at {v}" for v in speeds),
         "edge": at.edge.sel(path="circular"),
         "without": d.error.sel(mu=0.0).max(),
         "r_path_most": d.error.sel(path="r-path").max(),
-        "from_": from_,
-        "to": to,
-        "band_low": low,
-        "band_high": high,
-        "in_band": bool(wrong.sel(mu=slice(low, high)).all()),
-        "long": d.attrs["long"],
-        "long_circular": d.long_error.sel(path="circular"),
-        "long_r_path": d.long_error.sel(path="r-path"),
-        "long_triangular": d.long_error.sel(path="triangular"),
-        "long_r_path_without": d.long_error_without,
-        "fabric_moment": d.attrs["fabric_moment"],
-        "fabric": d.fabric_error.sel(path="circular"),
-        "fabric_r_path": d.fabric_error.sel(path="r-path"),
-        "fabric_triangular": d.fabric_error.sel(path="triangular"),
+        "from_": d.mu[max(first - 1, 0)],
+        "to": d.mu[first],
+        "in_band": wrong.sel(mu=slice(*BAND)).all(),
         "created": d.created.max(),
         "runs": d.created.size,
         "dissipated": d.dissipated.max(),
@@ -186,21 +152,21 @@ def facts(d: xr.Dataset) -> Facts:
 # fmt: off
 NUMBERS = {
     facts: (
-        Number("fold_error_mu", "circular", "L*",
+        Number("fold_error_mu", "usual_circular", "L*",
             "> 0.1 L* on the circular path at all coefficients of fabrics; < 0.05 L* on the R-path at all, and on all "
             "paths without friction",
             "distance of the finished fold of the circular path from the accurate one with a coefficient of friction "
             "of {mu:g} between the layers, gripper closed, length {length:g} L*, M_0 = {moment:g} rho_a g L*^2 "
-            "({r_path:.3f} on the R-path, {triangular:.3f} on the triangular one; {without:.3f} at most without "
-            "friction), the gripper at 0.2 sqrt(g L*); at other speeds {speeds}, with half the elements and steps "
-            "{finer:.3f} off. It is off from a coefficient between {from_:g} and {to:g} on, fabrics have {band_low:g} "
-            "to {band_high:g}; after the gripper has opened its end is {edge:.2f} L* past the edge. Length {long:g} "
-            "L*: {long_circular:.2f}, R-path {long_r_path:.3f} ({long_r_path_without:.2f} without internal friction), "
+            "({usual_r-path:.3f} on the R-path, {usual_triangular:.3f} on the triangular one; {without:.3f} at most "
+            "without friction), the gripper at 0.2 sqrt(g L*); at other speeds {speeds}, with half the elements and "
+            "steps {finer:.3f} off. It is off from a coefficient between {from_:g} and {to:g} on, fabrics have 0.2 to "
+            "0.6; after the gripper has opened its end is {edge:.2f} L* past the edge. Length {long:g} "
+            "L*: {long_circular:.2f}, R-path {long_r-path:.3f} ({without_r-path:.2f} without internal friction), "
             "triangular {long_triangular:.3f}",
             lambda f: f.in_band and max(f.r_path_most, f.without) < 0.05, "varies"),
-        Number("fold_error_fabric", "fabric", "L*", "> 1 L*, on the R-path < 0.1 L*",
-            "the same with M_0 = {fabric_moment:g} rho_a g L*^2, as fabrics have ({fabric_r_path:.3f} on the R-path, "
-            "{fabric_triangular:.3f} on the triangular one)", lambda f: f.fabric_r_path < 0.1),
+        Number("fold_error_fabric", "fabric_circular", "L*", "> 1 L*, on the R-path < 0.1 L*",
+            "the same with M_0 = {fabric:g} rho_a g L*^2, as fabrics have ({fabric_r-path:.3f} on the R-path, "
+            "{fabric_triangular:.3f} on the triangular one)", lambda f: vars(f)["fabric_r-path"] < 0.1),
         Number("layer_friction_energy", "created", "rho_a g L*^2", "< 1e-6",
             "largest energy that stick and slip and the defect of the balance made in a fold, of {runs}; friction "
             "between the layers took up to {dissipated:.2g}"),
@@ -222,13 +188,20 @@ def draw(data: xr.Dataset) -> Figure:
     fig = figure(4.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(2.4, 1.0))
     mu, shown = data["mu"].values, data.attrs["shown"]
-    low, high = data.attrs["band"]
-    top.axvspan(low, high, color=SHADE, lw=0.0, zorder=0, label="_fabrics")
+    top.axvspan(*BAND, color=SHADE, lw=0.0, zorder=0, label="_fabrics")
     for name in data["path"].values:
         one, look = data.sel(path=name), LOOKS[name]
         style = {"color": look.color, "ls": STYLES[name]}
         top.plot(mu, one["error"].values, marker=look.marker, lw=1.1, **style, label=f"_{name}")
-        top.plot(shown, one["finer_error"], "o", color=look.color, mfc="none", ms=8.0, label=f"_{name}-finer")
+        top.plot(
+            shown,
+            one["variant_error"].sel(variant="finer"),
+            "o",
+            color=look.color,
+            mfc="none",
+            ms=8.0,
+            label=f"_{name}-finer",
+        )
         width = 2.2 if name == "r-path" else 1.2
         bottom.plot(one["x"].values, one["z"].values, lw=width, **style, label=f"_{name}-fold")
     top.set(yscale="log", xlabel=r"coefficient of friction $\mu$", ylabel="error of the fold$\\,/\\,L^*$")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import product, takewhile
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -24,15 +24,14 @@ from stripfold.base.arrays import Array
 from stripfold.draw.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
 from stripfold.draw.style import figure, styled
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.fall import Fall, ReleaseState, assess_strip, simulate_fall
-from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.fall import assess_strip
+from stripfold.follow.statics import StripModel
 from stripfold.follow.time import dissipated, follow_in_time
-from stripfold.follow.track import BUMP, peak_forces, shape_error, size_of_fall
-from stripfold.paths.geometric import triangular
+from stripfold.follow.track import BUMP, peak_forces, shape_error
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
-from verification.common import Progress, attempted, dataset, markdown_table, pooled
+from verification.common import Progress, attempted, dataset, grid, markdown_table, pooled
 from verification.numbers import Facts, Number, seed_of, share
 
 LENGTH, HEIGHT, THICKNESS = (8.0, 40.0), (0.3, 1.7), (0.02, 0.15)
@@ -41,8 +40,7 @@ SHARPEST = 0.25
 """Largest thickness over the height: the curvature is up to 2.5 / height, and at larger strains the solid is no rod."""
 MESHES = {"rod": ("rod", 1.0), "solid": ("solid", 1.0), "finer": ("solid", 0.5)}
 """Model and refinement of each run."""
-VALUES = ("grip", "hold", "slide", "error")
-TIME_NUMBERS = ("kinetic", "grip", "hold", "error", "dissipated")
+TIME_NUMBERS = ("time_kinetic", "time_grip", "time_hold", "time_error", "time_dissipated")
 STABLE, LIMITED, FAILED, OMITTED = "stable", "limit point", "failed", ""
 FREE = 5.8
 """Free length at the touch near the touch limit, L*; beside what lies it gives twice as much as its length."""
@@ -54,21 +52,6 @@ STEP, NEAR = 0.05, 1e-3
 """Largest step along a branch of the elastica, in arc length; change of the free length for a derivative, L*."""
 DAMPING = Damping(air=0.1, stiffness=0.06)
 """Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
-
-
-def snap_energy(strip: StripModel, damping: Damping) -> float:
-    """Energy that the snap of a strip on its triangular path frees, rho_a g L*^2; nan where it lands without one.
-
-    Raises
-    ------
-    SolveError
-        The path or the fall cannot be followed.
-    """
-    found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
-    if found.critical is None:
-        return np.nan
-    motion = simulate_fall(ReleaseState.at(found.last), Fall(damping=damping))
-    return size_of_fall(found.states[-1], motion.states)[1]
 
 
 def run(
@@ -84,42 +67,29 @@ def run(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """The first cases of the sequence that ``seed`` starts, and a strip in time.
+    """The first cases of the sequence that ``seed`` starts, over ``case``; one in time; the elastica, over ``curve``.
 
-    ``cases``, ``compared``, ``seed``: random strips on the rod; those of them, inside the limits, that are on the
-    solid, too.  ``length_star``, ``thickness``: the strip in time.  ``heights``, ``coefficients``: its gripper's
-    heights, and coefficients of friction between the layers.  ``moment``, ``speed``: M_0 of its bending hysteresis,
-    rho_a g L*^2, and speed of its gripper, sqrt(g L*).
-
-    Dataset over ``case``; over ``mu`` and ``time_height``, with ``snap_energy``, what the snap of the same strip on the
-    triangular path sets free, and ``slow_kinetic`` at half the speed; and over ``curve``, the elastica at some heights.
+    ``compared``: random strips, inside the limits, that are on the solid, too.  ``length_star``, ``thickness``,
+    ``moment``, ``speed``: the strip in time, its M_0, and the speed of its gripper, sqrt(g L*).  ``heights``,
+    ``coefficients``: its gripper's, and of friction between the layers.
     """
     curve = np.array(pooled(of_curve, CURVE.tolist(), threads))
-    of_time = partial(in_time, length=length_star, thickness=thickness, moment=moment)
-    wanted = [((mu, z), speed) for mu, z in product(coefficients, heights)]
-    wanted.append(((coefficients[0], heights[-1]), 0.5 * speed))
-    *timed, slow = pooled(of_time, wanted, threads, progress)
+    one = partial(in_time, length_star, thickness, moment, speed)
+    timed = grid(one, TIME_NUMBERS, {"mu": coefficients, "time_height": heights}, threads, progress)
     strips = [drawn(number, seed) for number in range(cases)]
-    lengths, drawn_heights, thicknesses = np.array(strips).T
-    stable = np.flatnonzero(within(lengths, drawn_heights, thicknesses, CURVE, curve[:, 0]))
+    stable = np.flatnonzero(within(*np.array(strips).T, CURVE, curve[:, 0]))
     on_solid = np.isin(range(cases), stable[:compared])
-    rows = pooled(case, list(zip(range(cases), strips, on_solid, strict=True)), threads, progress)
-    shape = (len(coefficients), len(heights))
-    values: dict[str, Any] = {name: ("case", [row[name] for row in rows]) for name in rows[0]}
-    values |= {
-        "curve_height": ("curve", CURVE),
-        "curve_compliance": ("curve", curve[:, 0]),
-        "curve_push": ("curve", curve[:, 1]),
-        "curve_bump": ("curve", BUMP / curve[:, 1] ** 2),
-        "mu": ("mu", list(coefficients)),
-        "time_height": ("time_height", list(heights)),
-        "slow_kinetic": ((), slow["kinetic"]),
-        "snap_energy": ((), snap_energy(StripModel(length_star, thickness, kind="rod"), DAMPING)),
-    }
-    for name in TIME_NUMBERS:
-        values[f"time_{name}"] = (("mu", "time_height"), np.reshape([row[name] for row in timed], shape))
-    attrs = {"seed": seed, "length_star": length_star, "thickness": thickness, "moment": moment, "speed": speed}
-    return dataset(values, attrs)
+    rows = pooled(case, list(zip(strips, on_solid, strict=True)), threads, progress)
+    return dataset(
+        {name: ("case", [row[name] for row in rows]) for name in rows[0]}
+        | timed
+        | {
+            "curve_height": ("curve", CURVE),
+            "curve_compliance": ("curve", curve[:, 0]),
+            "curve_push": ("curve", curve[:, 1]),
+        },
+        {"seed": seed},
+    )
 
 
 def of_curve(height: float) -> tuple[float, float]:
@@ -149,12 +119,6 @@ def within(length: Array, height: Array, thickness: Array, curve: Array, borne: 
     return np.asarray(compliance(length, thickness) < np.minimum(here, higher))
 
 
-def elastica_says(data: xr.Dataset) -> NDArray[np.bool_]:
-    """Which cases are :func:`within` the limits."""
-    curve = data["curve_height"].values, data["curve_compliance"].values
-    return within(data["length"].values, data["height"].values, data["thickness"].values, *curve)
-
-
 def drawn(number: int, seed: int) -> tuple[float, float, float]:
     """Length, height and thickness of one case; each has a random stream of its own."""
     draw = np.random.default_rng([seed, number])
@@ -162,53 +126,42 @@ def drawn(number: int, seed: int) -> tuple[float, float, float]:
     return length, height, float(draw.uniform(THICKNESS[0], min(THICKNESS[1], SHARPEST * height)))
 
 
-def case(asked: tuple[int, tuple[float, float, float], bool]) -> dict[str, Any]:
-    """One case, by its number, what :func:`drawn` gave, and whether it is on the solid, too."""
-    number, (length, height, h), on_solid = asked
-    row: dict[str, Any] = {"case": number, "length": length, "height": height, "thickness": h, "message": ""}
+def case(asked: tuple[tuple[float, float, float], bool]) -> dict[str, Any]:
+    """One case, by what :func:`drawn` gave, and whether it is on the solid, too."""
+    (length, height, h), on_solid = asked
+    row: dict[str, Any] = {"length": length, "height": height, "thickness": h, "message": ""}
     for name, (kind, refinement) in MESHES.items():
-        if name != "rod" and not on_solid:
-            row[name] = OMITTED
-            continue
-        found, message = attempted(partial(followed, StripModel(length, h, kind=kind), height, refinement))
-        row[name], numbers = found or (FAILED, dict.fromkeys(VALUES, np.nan))
-        row["message"] += message and f"{name}: {message}; "
-        row |= numbers if name == "rod" else {}
+        row[name] = OMITTED
+        if name == "rod" or on_solid:
+            found, message = attempted(partial(followed, StripModel(length, h, kind=kind), height, refinement))
+            row[name], *numbers = found or (FAILED, np.nan, np.nan)
+            row["message"] += message and f"{name}: {message}; "
+            row |= dict(zip(("hold", "slide"), numbers, strict=True)) if name == "rod" else {}
     return row
 
 
-def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, dict[str, float]]:
-    """The outcome on the low path, and the numbers of a path to its end.
+def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, float, float]:
+    """The outcome on the low path, the largest push at the held end, and how far the layer slides that has come down.
 
-    Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
+    Raises SolveError: the path cannot be followed.
     """
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
     if not found.stable:
-        return LIMITED, dict.fromkeys(VALUES, np.nan)
-    grip, hold = peak_forces(found.states)
+        return LIMITED, np.nan, np.nan
+    _, hold = peak_forces(found.states)
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]
     first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
-    error = shape_error(*found.states[-1], plan_r_path(strip.length))
-    return STABLE, {"grip": grip, "hold": hold, "slide": float(rest - first), "error": error}
+    return STABLE, hold, float(rest - first)
 
 
-def in_time(at: tuple[tuple[float, float], float], length: float, thickness: float, moment: float) -> dict[str, float]:
-    """One path in time, by its coefficient of friction and its height, and its speed, to rest at its end.
-
-    Raises SolveError, TimeStepError: it cannot be followed.
-    """
-    (mu, height), speed = at
+def in_time(length: float, thickness: float, moment: float, speed: float, mu: float, height: float) -> dict[str, float]:
+    """One path in time to rest at its end; raises SolveError, TimeStepError: it cannot be followed."""
     strip = StripModel(length, thickness, kind="rod")
     found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
-    grip, hold = peak_forces(found.states)
-    return {
-        "kinetic": max(state.energy.kinetic for state in found.moments),
-        "grip": grip,
-        "hold": hold,
-        "error": shape_error(*found.states[-1], plan_r_path(length)),
-        "dissipated": float(dissipated(found)[-1]),
-    }
+    kinetic, error = max(at.energy.kinetic for at in found.moments), shape_error(*found.states[-1], plan_r_path(length))
+    numbers = kinetic, *peak_forces(found.states), error, float(dissipated(found)[-1])
+    return dict(zip(TIME_NUMBERS, numbers, strict=True))
 
 
 def markdown(data: xr.Dataset) -> str:
@@ -219,7 +172,7 @@ def markdown(data: xr.Dataset) -> str:
     for height in data["time_height"].values:
         for mu in data["mu"].values:
             one = data.sel(time_height=height, mu=mu)
-            cells = [format(float(one[f"time_{n}"]), form) for n, form in zip(TIME_NUMBERS, forms, strict=True)]
+            cells = [format(float(one[n]), form) for n, form in zip(TIME_NUMBERS, forms, strict=True)]
             rows.append([f"{height:g}", f"{mu:g}", *cells])
     return markdown_table(header, rows)
 
@@ -230,17 +183,14 @@ LOWEST = 0.7
 
 def facts(d: xr.Dataset) -> Facts:
     outcomes = np.stack([d[mesh].values for mesh in MESHES])
-    inside, compared = elastica_says(d), outcomes[1] != OMITTED
-    limited, both = outcomes == LIMITED, inside & compared
-    above = d.height.values > float(d.curve_height.max())
-    below = ~inside & (d.height.values < float(d.curve_height[d.curve_compliance.values.argmax()]))
-    low = inside & (d.height.values < LOWEST)
-    push = (d.hold * d.height**2).values[low]
-    kinetic = float(d.time_kinetic.max(skipna=False) / d.snap_energy)
+    height, curve = d.height.values, (d.curve_height.values, d.curve_compliance.values)
+    inside, compared = within(d.length.values, height, d.thickness.values, *curve), outcomes[1] != OMITTED
+    limited = outcomes == LIMITED
+    above, below = height > curve[0].max(), ~inside & (height < curve[0][curve[1].argmax()])
+    push = (d.hold * d.height**2).values[inside & (height < LOWEST)]
     return {
         "cases": d.sizes["case"],
         "seed": seed_of(d),
-        "compared": compared.sum(),
         "failed": np.sum(outcomes == FAILED),
         "inside": inside.sum(),
         "stable": share(outcomes[0][inside] == STABLE),
@@ -249,20 +199,12 @@ def facts(d: xr.Dataset) -> Facts:
         "snapped": (limited[0] & above).sum(),
         "below": below.sum(),
         "squeezed": (limited[0] & below).sum(),
-        "compared_inside": both.sum(),
-        "agree": np.all(outcomes[:, both] == STABLE, axis=0).sum(),
-        "limited": limited[:, both].sum(),
+        "compared": (inside & compared).sum(),
+        "limited": limited[:, inside & compared].sum(),
         "push": push.max() if push.size else np.nan,
-        "law": (d.curve_push * d.curve_height**2).values[d.curve_height.values < LOWEST].max(),
+        "law": (d.curve_push * d.curve_height**2).values[curve[0] < LOWEST].max(),
         "lowest": LOWEST,
         "slide": (d.slide / d.length).max(),
-        "kinetic": kinetic,
-        "least_kinetic": float(d.time_kinetic.min() / d.snap_energy),
-        "exponent": float(np.log2(d.time_kinetic[0, -1] / d.slow_kinetic)),
-        "speed": d.attrs["speed"],
-        "mu": d.mu.max(),
-        "moment": d.attrs["moment"],
-        "length": d.attrs["length_star"],
         "error": d.time_error.max(skipna=False),
         "grip": d.time_grip.max(),
         "grip_without": d.time_grip.sel(mu=0.0).max(),
@@ -277,22 +219,15 @@ NUMBERS = {
             "elastica with a lying part that gives says are stable, {margin:g} L* or more below the "
             "touch limit; of the {above} that are above it {snapped} have one, of the {below} "
             "that are too low {squeezed}", lambda f: f.failed == 0, digits=4),
-        Number("low_path_agreement", "agree", "count", "all {compared_inside}",
-            "of these on all three meshes, of {compared_inside}", lambda f: f.agree == f.compared_inside),
         Number("low_path_limit_points", "limited", "count", "= 0",
-            "limit points of these on any of the three meshes"),
+            "limit points of the first {compared} of these on the rod, on the solid and on elements half as long"),
         Number("low_path_push", "push", "1", "within 10 % of the elastica's",
             "largest push on what lies of these, times z^2, below a height of {lowest:g} L* ({law:.3f} on the "
             "elastica); the layer that has come down slides by up to {slide:.2f} of the strip's length",
             lambda f: abs(f.push / f.law - 1.0) < 0.1),
-        Number("low_path_kinetic", "kinetic", "1", "no criterion: the upper layer moves with the gripper",
-            "largest kinetic energy on a low path in time, gripper at {speed:g} sqrt(g L*), over the energy that the "
-            "snap of the same strip on the triangular path sets free, with coefficients of friction between the layers "
-            "of 0 to {mu:g} and M_0 = {moment:g} rho_a g L*^2, length {length:g} L*; {least_kinetic:.2f} at the best "
-            "height; it falls with the speed to the power {exponent:.1f}, a snap's does not"),
         Number("fold_error_low", "error", "L*", "< 0.02 L*",
-            "largest distance of the finished fold of these from the accurate one; the gripper pulls with up to "
-            "{grip:.1f} rho_a g L* with friction, {grip_without:.1f} without"),
+            "largest distance of the finished fold of low paths in time from the accurate one; the gripper pulls with "
+            "up to {grip:.1f} rho_a g L* with friction, {grip_without:.1f} without"),
     ),
 }
 # fmt: on
@@ -326,7 +261,7 @@ def draw(data: xr.Dataset) -> Figure:
     forces.plot(height, data["hold"].values, ".", color=BLUE, ms=3.5, label="push at the held end, rod")
     forces.plot(z, data["curve_push"].values, color=BLACK, lw=1.0, label="elastica")
     forces.plot(z, 2.75 / z**2, color=GREY, ls=":", lw=2.0, zorder=1, label=r"$2.75\,{L^*}^2/z^2$")
-    bump = data["curve_bump"].values
+    bump = BUMP / data["curve_push"].values ** 2
     style = {"color": VERMILLION, "ls": "--", "lw": 1.0, "label": "height of a bump that grows"}
     forces.plot(z[bump < FLAT], bump[bump < FLAT], **style)
     forces.set(yscale="log", xlabel="gripper height $z\\,/\\,L^*$")

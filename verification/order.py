@@ -18,9 +18,10 @@ from stripfold.ask.prediction import BEFORE, ElasticaPrediction
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact_branch import STEPS, from_elastica
-from stripfold.follow.statics import LAMBDA_TOLERANCE, LIMIT, StripModel
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import Crossing
+from stripfold.solve.critical import LIMIT
 from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.problem import AlongX
 from verification.common import Progress, attempted, dataset, grid, timed

@@ -86,7 +86,7 @@ TABLES: dict[str, tuple[str, Callable[[xr.Dataset], str]]] = {
     "folds with friction between the layers": ("layer_friction", folds),
     "first touch with friction": ("friction_touch", first_touch),
     "friction of fabrics": ("fabrics", fabrics),
-    "law of the textile": ("textile_law", textile),
+    "law of the textile": ("fabric_laws", textile),
     "variants": ("variants", variants.markdown),
 }
 """The study and the function of each table."""

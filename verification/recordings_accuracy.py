@@ -4,7 +4,7 @@ The recordings are rendered, encoded and measured like any other.  The truth is 
 itself: the detector (:mod:`stripfold.film.snap`), with its window and its robust speed, has no part in it.
 Where a strip moves by mechanics behind a slow gripper, eta_b by its motion is compared with the true one: with no
 friction described, and with its friction, to an error as of a bending test, and an eta_b that is wrong.
-Every fourth recording is of the second generator (:mod:`second_generator`), which brings its own truth.
+Every fourth recording is of the second generator (:mod:`verification.films.second`), which brings its own truth.
 """
 
 from __future__ import annotations
@@ -26,123 +26,107 @@ from stripfold.base.material import GRAVITY, Material
 from stripfold.draw.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.draw.style import MILLI, figure, styled
 from stripfold.film import eta_motion, measure, recording
+from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.camera_motion import MOVED_BY
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.film.measure import WARNING, RecordingMeasurement, half_width
 from stripfold.film.recording import Entries, Recording
+from stripfold.film.tracking import track
 from verification.common import Progress, attempted, pooled, table
+from verification.films import CHAIN, Film, film, truth_of
 from verification.numbers import Facts, Number, covers, seed_of, share
-from verification.recordings_chain import CHAIN, ChainCase, is_chain
-from verification.recordings_common import event_of, measure_with
-from verification.recordings_design import Case, case
 
-UNITS = {
-    "s": "clock_offset clock_sd clock_truth exposure rolling_shutter seconds_off",
-    "m-4 s2": "eta_b",
-    "m": "event finger occluder sd truth",
-    "m-1": "hairs",
-    "m s-1": "speed",
-}
+UNITS = {"s": "clock_offset clock_sd clock_truth", "m": "event sd truth"}
 
 MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
 """Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
-_NUMBERS = (
-    "event",
-    "truth",
-    "sd",
-    "ratio",
-    "speed",
-    "seconds_off",
-    "tracked",
-    "clock_offset",
-    "clock_truth",
-    "clock_sd",
-    "moment",
-    "fitted_moment",
-)
 ETA = "eta", "low", "high"
 """eta_b by the motion and the ends of its interval, over the true one; "fitted_" before: with no friction described."""
+VALUES = (
+    *("event", "truth", "sd", "clock_offset", "clock_truth", "clock_sd", "fitted_moment", *ETA),
+    *map("fitted_{}".format, ETA),
+)
 WRONG = 0.7, 1.4
 """Described eta_b over the true one."""
 FRICTION_SD = 0.1
 """Standard deviation of the described friction, as a share."""
 RHO_A = 0.2
 """Described areal density, kg m^-2: friction over it matters."""
+CHAIN_EVERY = 4
+"""One film in so many is of the second generator."""
+WRONG_RECORDING = 1.0
+"""Error of lambda, outside the interval, from which a measured value is wrong, mm."""
+LINEAR = 0.3
+"""Errors below are drawn on a linear scale, larger ones on a logarithmic one, mm."""
+_CALIBRATIONS: dict[Path, Calibration] = {}
+"""Of each camera, by its folder: its films share one."""
 
 
 def run(
     cases: int = 12, seed: int = 1, dynamics: float = 0.25, threads: int = 1, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Render and measure the first cases of a design, see :func:`.recordings_design.case`; a dataset over ``case``."""
+    """Render and measure the first films of a design, see :func:`.films.film`; a dataset over ``case``."""
+    films = [film(number, seed, dynamics, number % CHAIN_EVERY == 1) for number in range(cases)]
     with tempfile.TemporaryDirectory() as folder:
         # Before the processes start: two of them would render the same calibration.
-        cameras = {asked.camera: asked for asked in (_case(number, seed, dynamics) for number in range(cases))}
-        for asked in cameras.values():
+        for asked in {asked.camera: asked for asked in films}.values():
             attempted(partial(asked.write_calibration, Path(folder)))
-        one = partial(measured, seed=seed, dynamics=dynamics, calibrations=Path(folder))
-        rows = pooled(one, range(cases), threads, progress)
-    return table("case", rows, {"seed": seed, "dynamics": dynamics}, units=UNITS)
+        rows = pooled(partial(measured, calibrations=Path(folder)), list(enumerate(films)), threads, progress)
+    return table("case", rows, {"seed": seed, "dynamics": dynamics}, UNITS)
 
 
-def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dict[str, Any]:
-    """The case of this number, rendered and measured; ``calibrations`` is a folder that cases share."""
-    asked = _case(number, seed, dynamics)
-    numbers = *_NUMBERS, *ETA, *map("fitted_{}".format, ETA)
-    row = {"case": number, **dict.fromkeys(numbers, np.nan), "message": "", "flags": "", **asked.factors}
+def measured(case: tuple[int, Film], calibrations: Path) -> dict[str, Any]:
+    """A film, rendered and measured; ``calibrations`` is a folder that all share."""
+    number, asked = case
+    row = {"case": number, **dict.fromkeys(VALUES, np.nan), "message": "", "flags": ""}
     row |= {"generator": asked.generator, "sound": float(asked.sound), "moment": asked.moment}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "recording"
         _, message = attempted(lambda: asked.write(folder, calibrations))
         if message:
             return row | {"outcome": NOT_MADE, "message": message}
-        found, message = attempted(lambda: measure_with(recording.read(folder), (calibrations, asked.camera)))
+        told = recording.read(folder)
+        found, message = attempted(lambda: _measured(told, calibrations / asked.camera))
         if found is None:
             return row | {"outcome": REFUSED, "message": message}
         if np.isfinite(asked.moment):
             row |= _ratios("fitted_", found, asked)
-            told = _described(recording.read(folder), asked, np.random.default_rng([seed, number, 4]))
-            again, _ = attempted(partial(measure.evaluate, told, found.calibration, found.tracks))
-            row |= _ratios("", again, asked)
-        known = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-        onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else event_of(folder)
+            again = _described(told, asked, np.random.default_rng([asked.seed, number, 4]))
+            row |= _ratios("", attempted(partial(measure.evaluate, again, found.calibration, found.tracks))[0], asked)
+        row["truth"] = truth_of(folder)[1]
+        clock = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["clock_offset"]
     # What moves without mechanics has no shape of a strip.
     expected = [eta_motion.doubted(found.eta_b)] if asked.generator == "shapes" else []
     if found.clock is not None:
-        row |= {"clock_offset": found.clock.offset, "clock_truth": known["clock_offset"], "clock_sd": found.clock.sd}
-    return row | {
-        "outcome": MEASURED if found.snapped else BOUND,
-        "event": found.event,
-        "truth": truth,
-        "sd": found.sd,
-        "ratio": found.motion.ratio,
-        "speed": found.speed,
-        "seconds_off": found.event_time - onset,
-        "flags": "; ".join(str(flag) for flag in found.flags if flag.text not in expected),
-        "tracked": float(np.mean(found.tracks.score > 0.0)),
-    }
+        row |= {"clock_offset": found.clock.offset, "clock_truth": clock, "clock_sd": found.clock.sd}
+    flags = "; ".join(str(flag) for flag in found.flags if flag.text not in expected)
+    outcome = MEASURED if found.snapped else BOUND
+    return row | {"outcome": outcome, "event": found.event, "sd": found.sd, "flags": flags}
 
 
-def _described(told: Recording, asked: Case | ChainCase, random: np.random.Generator) -> Recording:
+def _measured(told: Recording, camera: Path) -> RecordingMeasurement:
+    """As :func:`.measure.measure` does it, with the calibration of a camera evaluated once."""
+    if camera not in _CALIBRATIONS:
+        _CALIBRATIONS[camera] = calibrate_folder(told.folder, told.entries)
+    return measure.evaluate(told, _CALIBRATIONS[camera], track(told, _CALIBRATIONS[camera]))
+
+
+def _described(told: Recording, asked: Film, random: np.random.Generator) -> Recording:
     """The same recording with a wrong eta_b of the strip, and its friction as of a bending test."""
-    eta_b = asked.factors["eta_b"]
-    true = asked.moment * RHO_A * GRAVITY * Material(eta_b).gravity_length ** 2
-    strip = {"eta_b": eta_b * float(np.exp(random.uniform(*np.log(WRONG)))), "rho_a": RHO_A}
+    true = asked.moment * RHO_A * GRAVITY * Material(asked.eta_b).gravity_length ** 2
+    strip = {"eta_b": asked.eta_b * float(np.exp(random.uniform(*np.log(WRONG)))), "rho_a": RHO_A}
     strip["friction_moment"] = true * float(np.exp(random.normal(0.0, FRICTION_SD)))
     entries = told.entries.model_dump(mode="json", exclude_unset=True)
     return Recording(told.folder, Entries.of(entries | {"strip": entries["strip"] | strip}))
 
 
-def _ratios(kind: str, found: RecordingMeasurement | None, asked: Case | ChainCase) -> dict[str, float]:
+def _ratios(kind: str, found: RecordingMeasurement | None, asked: Film) -> dict[str, float]:
     """The numbers of :data:`ETA`, and M_0 where it is fitted; none where there is no eta_b."""
     if found is None or not isinstance(found.eta_b, MotionEtaB):
         return {}
     values = found.eta_b.eta_b, found.eta_b.low, found.eta_b.high
-    ratios = {kind + name: value / asked.factors["eta_b"] for name, value in zip(ETA, values, strict=True)}
+    ratios = {kind + name: value / asked.eta_b for name, value in zip(ETA, values, strict=True)}
     return ratios if found.eta_b.known else ratios | {"fitted_moment": found.eta_b.friction}
-
-
-def _case(number: int, seed: int, dynamics: float) -> Case | ChainCase:
-    return ChainCase(number, seed) if is_chain(number) else case(number, seed, dynamics)
 
 
 def error(data: xr.Dataset) -> Array:
@@ -193,10 +177,6 @@ def _by_generator(generator: Array, off: Array, inside: Array) -> str:
         for name in np.unique(generator)
         for mine in [generator == name]
     )
-
-
-WRONG_RECORDING = 1.0
-"""Error of lambda, outside the interval, from which a measured value is wrong, mm."""
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -293,10 +273,6 @@ NUMBERS = {
     ),
 }
 # fmt: on
-
-
-LINEAR = 0.3
-"""Errors below are drawn on a linear scale, larger ones on a logarithmic one, mm."""
 
 
 @styled

@@ -5,31 +5,35 @@ Lengths in L*, eigenvalues in g/L*, energies per width in rho_a g L*^2.  Source:
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
+from plots.pieces import PATH_LOOKS, PATH_STYLES, note
 from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.prediction import stability_boundary
-from stripfold.base.arrays import Array
+from stripfold.draw.colours import CRITICAL, GREEN, HANGING
+from stripfold.draw.stability_map import CURVES, draw_map
+from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.statics import StripModel
 from stripfold.paths.low_path import low
 from tasks.assess_data import PATHS, path_of
 from verification.common import Progress, command, dataset, timed_process
 from verification.numbers import Facts, Number, seed_of
 
-UNITS = {"s": "solving wall"}
-
+UNITS = {"s": "wall"}
 COMMAND = ("map", "--length", "0.5", "--eta-b", "3780", "--json")
 """A strip of 16.7 L*."""
-LOW = "low"
-POINTS = 201
-"""Places of each path."""
+LENGTH, LOW, POINTS = 20.0, 1.2, 201
+"""The strip whose map is drawn, the height of its low path, and the places of each path."""
 PLACES = 121, 81
 """Places of the grid that is drawn, along the advance and the height."""
+HEIGHT, DISTANCES = 5.0, np.array([0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.07, 0.2, 0.5, 1.0, 2.0])
+"""Where the margins are compared: height, and distances from lambda_c there."""
 
 
 def run(
@@ -39,61 +43,53 @@ def run(
     rod_heights: Sequence[float] = (1.7, 3.0, 5.5, 10.0),
     thicknesses: Sequence[float] = (0.0594, 0.0297, 0.01485),
     refinement: float = 0.5,
-    length_star: float = 20.0,
-    low_height: float = 1.2,
-    height: float = 5.0,
-    distances: Sequence[float] = (0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.07, 0.2, 0.5, 1.0, 2.0),
     repeats: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Errors of the boundaries, and the map of one strip with four paths on it.
 
-    Parameters
-    ----------
-    lengths, checked, seed
-        Strips whose boundaries are compared with critical points at as many random heights each.
-    rod_heights, thicknesses, refinement
-        Of the rod, whose critical points are continued over the heights.
-    length_star, low_height
-        The strip whose map is stored, and the height of its low path.
-    height, distances
-        Height at which the margins are compared, and distances from lambda_c there.
-    repeats
-        Of the timed command.
+    ``lengths``, ``checked``: strips whose boundaries are compared with critical points at as many random heights each.
+    ``rod_heights``, ``thicknesses``, ``refinement``: of the rod.  ``repeats``: of the timed command.
     """
-    say = progress or (lambda _: None)
     draw = np.random.default_rng(seed)
-    errors = []
-    for length in lengths:
-        say(f"length {length:g}")
-        found = gripper_map(length)
-        heights = draw.uniform(0.1, found.snap.z[-1], checked)
-        errors.append([_error(found, z) for z in heights])
-    say("rod")
-    strips = [StripModel(length_star, h, kind="rod") for h in thicknesses]
+    maps = [gripper_map(length) for length in lengths]
+    errors = [[_error(one, z) for z in draw.uniform(0.1, one.snap.z[-1], checked)] for one in maps]
+    strips = [StripModel(LENGTH, h, kind="rod") for h in thicknesses]
     rod = [[r.lam for r in stability_boundary(((strip, z) for z in rod_heights), refinement)] for strip in strips]
-    say("map")
-    found = gripper_map(length_star)
-    on = np.array([elastica.critical(z).advance for z in (height,)]) - np.array(distances)
-    walls, answers, _ = timed_process(command(*COMMAND), repeats)
+    found = gripper_map(LENGTH)
+    on, at = elastica.critical(HEIGHT).advance - DISTANCES, np.full(DISTANCES.size, HEIGHT)
+    advance = np.linspace(0.0, found.lifted_landed[-1, 0], PLACES[0])
+    heights = np.linspace(0.0, found.lifted[:, 1].max(), PLACES[1])
+    curves = {
+        "snap": np.stack([found.snap.advance, found.snap.z], axis=1),
+        "sag_touch": np.stack([found.touch.advance, found.touch.z], axis=1),
+        "lifted": found.lifted,
+        "lifted_landed": found.lifted_landed,
+    }
+    paths = [path_of(name, LENGTH) for name in PATHS] + [low(LENGTH, LOW)]
+    places = np.stack([[path.position(s) for s in np.linspace(0.0, path.length, POINTS)] for path in paths])
+    places[..., 0] += LENGTH / 2.0
     return dataset(
         {
             "length": ("length", list(lengths)),
             "error": (("length", "case"), errors),
             "thickness": ("thickness", list(thicknesses)),
-            "rod_height": ("rod_height", list(rod_heights)),
             "rod": (("thickness", "rod_height"), rod),
             "elastica": ("rod_height", found.snap.at(np.array(rod_heights))),
-            "distance": ("distance", list(distances)),
-            "margin_there": ("distance", found.margin(on, np.full(on.size, height))),
-            "eigenvalue_there": ("distance", found.eigenvalues(on, height)),
-            "barrier_there": ("distance", found.barrier(on, np.full(on.size, height))),
-            "wall": ("repeat", walls),
-            "solving": ("repeat", [json.loads(answer)["seconds"] for answer in answers]),
-        }
-        | _drawn(found)
-        | _paths(found, low_height),
-        {"seed": seed, "length_star": length_star, "low": low_height, "height": height, "command": " ".join(COMMAND)},
+            "distance": ("distance", DISTANCES),
+            "margin_there": ("distance", found.margin(on, at)),
+            "eigenvalue_there": ("distance", found.eigenvalues(on, HEIGHT)),
+            "barrier_there": ("distance", found.barrier(on, at)),
+            "wall": ("repeat", timed_process(command(*COMMAND), repeats)[0]),
+            **{name: ((f"on_{name}", "axis"), rows) for name, rows in curves.items()},
+            "advance": ("advance", advance),
+            "z": ("z", heights),
+            "margin": (("z", "advance"), found.margin(*np.meshgrid(advance, heights))),
+            "path": ("path", [*PATHS, "low"]),
+            "places": (("path", "point", "axis"), places),
+            "path_margin": (("path", "point"), found.margin(places[..., 0], places[..., 1])),
+        },
+        {"seed": seed},
         units=UNITS,
     )
 
@@ -102,33 +98,6 @@ def _error(found: GripperMap, z: float) -> float:
     """Distance of a boundary from the end of the advance found at this height alone."""
     alone = elastica.critical(z)
     return abs(float((found.snap if alone.snap else found.touch).at(z)) - alone.state.advance)
-
-
-def _drawn(found: GripperMap) -> dict[str, tuple[object, Array]]:
-    columns, rows = PLACES
-    advance = np.linspace(0.0, found.lifted_landed[-1, 0], columns)
-    heights = np.linspace(0.0, found.lifted[:, 1].max(), rows)
-    curves = {
-        "snap": np.stack([found.snap.advance, found.snap.z], axis=1),
-        "sag_touch": np.stack([found.touch.advance, found.touch.z], axis=1),
-        "lifted": found.lifted,
-        "lifted_landed": found.lifted_landed,
-    }
-    values: dict[str, tuple[object, Array]] = {name: ((f"on_{name}", "axis"), rows) for name, rows in curves.items()}
-    margin = found.margin(*np.meshgrid(advance, heights))
-    return values | {"advance": ("advance", advance), "z": ("z", heights), "margin": (("z", "advance"), margin)}
-
-
-def _paths(found: GripperMap, low_height: float) -> dict[str, tuple[object, object]]:
-    """Places and margins of the paths, over the part of their length that has been travelled."""
-    paths = [path_of(name, found.length) for name in PATHS] + [low(found.length, low_height)]
-    places = np.stack([[path.position(s) for s in np.linspace(0.0, path.length, POINTS)] for path in paths])
-    places[..., 0] += found.length / 2.0
-    return {
-        "path": ("path", [*PATHS, LOW]),
-        "places": (("path", "point", "axis"), places),
-        "path_margin": (("path", "point"), found.margin(places[..., 0], places[..., 1])),
-    }
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -162,3 +131,44 @@ NUMBERS = {
     ),
 }
 # fmt: on
+
+LEVELS = [1.0, 3.0, 5.0]
+"""Margins that are drawn, L*."""
+STYLES: dict[str, tuple[str, dict[str, Any]]] = {
+    name: (label, {"color": look.color, "ls": PATH_STYLES[name]}) for name, (label, look) in PATH_LOOKS.items()
+} | {"low": ("low path", {"color": GREEN, "ls": "-."})}
+THERE = {
+    "margin_there": ("margin$\\,/\\,L^*$", {"color": HANGING, "ls": "-"}),
+    "eigenvalue_there": ("eigenvalue$\\,/\\,(g/L^*)$", {"color": CRITICAL, "ls": "--"}),
+    "barrier_there": ("barrier$\\,/\\,\\rho_a g{L^*}^2$", {"color": CRITICAL, "ls": ":"}),
+}
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw (a) the map with the paths, (b) the margin along the paths, (c) three margins over the distance along x."""
+    fig = figure(6.5)
+    plane, along, there = fig.subplots(3, 1, height_ratios=(1.75, 1.0, 1.0))
+    curves = {name: data[name].values for name in CURVES}
+    draw_map(plane, curves, data["advance"].values, data["z"].values, data["margin"].values, LEVELS, "$L^*$")
+    travelled = np.linspace(0.0, 1.0, data.sizes["point"])
+    for path, (label, style) in STYLES.items():
+        one = data.sel(path=path)
+        plane.plot(*one["places"].values.T, lw=1.1, zorder=4, label=label, **style)
+        along.plot(travelled, one["path_margin"].values, label=f"_{path}", **style)
+    plane.set(aspect="equal", xlabel="advance of the gripper$\\,/\\,L^*$", ylabel="gripper height$\\,/\\,L^*$")
+    plane.set(xlim=(-0.5, 1.3 * LENGTH), ylim=(0.0, None))
+    plane.grid(visible=False)
+    handles = plane.get_legend_handles_labels()[0]
+    legend_above(fig, handles[: -len(STYLES)], fontsize=7)
+    along.legend(handles=handles[-len(STYLES) :], fontsize=7, loc="upper right")
+    highest = 1.25 * float(data["path_margin"].max())  # room for the letter
+    along.set(xlabel="part of the path", ylabel="margin$\\,/\\,L^*$", xlim=(0.0, 1.0), ylim=(0.0, highest))
+    for name, (label, style) in THERE.items():
+        there.plot(data["distance"], data[name], label=label, **style)
+    there.set(xscale="log", yscale="log", xlabel="$(\\lambda_c-\\lambda)\\,/\\,L^*$")
+    there.set_xlim(right=10.0 * float(data["distance"].max()))  # room for the legend
+    there.legend(fontsize=7, loc="lower right")
+    for ax, text in ((plane, "(a)"), (along, "(b)"), (there, f"(c) at $z={HEIGHT:g}\\,L^*$")):
+        note(ax, text)
+    return fig

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
@@ -28,8 +27,8 @@ from stripfold.follow import contact_branch, contact_events
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
 from stripfold.follow.fall import Fall, ReleaseState, simulate_fall
 from stripfold.follow.statics import FIRST, StripModel, follow
-from stripfold.follow.track import End, grip_and_hold
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.follow.track import End
+from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import triangular
 from stripfold.solve.continuation import Event
 from stripfold.solve.critical import LIMIT
@@ -44,8 +43,6 @@ TURN = 0.1
 """Largest step of the clamp's angle, rad."""
 EARLIER = 1.6
 """Free length by which a state lies before the critical one of hinge and pin, and before those of the variants, L*."""
-PRESSED = 4.0
-"""Length travelled up to which a pin that gives is taken to move in proportion, L*."""
 
 
 def run(
@@ -64,22 +61,9 @@ def run(
 ) -> xr.Dataset:
     """End of the advance and first touch over ``variant``, and their differences from those of the variant's ``base``.
 
-    Parameters
-    ----------
-    height
-        Of the gripper along x.
-    length_star, thickness, refinement
-        The strip that is changed.
-    poisson
-        Poisson's ratios.
-    eta_m
-        Factors on the stretch at the same eta_b.
-    narrow
-        Poisson's ratio of a strip whose eta_b is that of plane strain, but which is as narrow as a beam.
-    angles
-        Of the strip at a clamp along x, degrees; on the path the clamp turns with the gripper.
-    compliance, sliding
-        Of a pin that is a spring, L* per force; force at which a pin slides.
+    ``poisson``: Poisson's ratios; ``eta_m``: factors on the stretch at the same eta_b; ``narrow``: Poisson's ratio of a
+    strip whose eta_b is that of plane strain, but which is as narrow as a beam; ``angles``: of the strip at a clamp,
+    degrees; ``compliance``: of a pin that is a spring, L* per force; ``sliding``: force at which a pin slides.
     """
     strip = StripModel(length_star, thickness, kind="rod")
     rod = Scene(strip, height, refinement)
@@ -88,7 +72,7 @@ def run(
     ratio = (1.0 - narrow**2) ** (1.0 / 3.0)
     as_beam = replace(rod.changed(length=length_star / ratio, thickness=thickness / ratio), height=height / ratio)
     clamps = {angle: partial(clamped_along_x, angle=radians(angle)) for angle in angles}
-    gives = partial(giving_along_x, compliance=compliance), partial(giving_on_path, compliance=compliance)
+    gives = partial(giving_along_x, compliance=compliance)
     cases = [
         Case(ELASTICA, "", rod, of_elastica, touch_on_path),
         Case(ROD, "", rod, *usual),
@@ -98,7 +82,7 @@ def run(
         Case(f"narrow strip, Poisson's ratio {narrow:g}: D is that of a beam", ROD, as_beam, *usual, ratio),
         *(Case(f"gripper clamps the strip at {angle:g} degrees", ROD, rod, clamps[angle]) for angle in angles),
         Case("gripper clamps the strip and turns evenly by 180 degrees", ROD, rod, None, clamped_on_path),
-        Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, rod, *gives),
+        Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, rod, gives),
         Case(f"pin slides at {sliding:g} rho_a g L*", ELASTICA, rod, partial(sliding_along_x, force=sliding)),
     ]
     rows = dict(zip([case.name for case in cases], pooled(Case.found, cases, threads, progress), strict=True))
@@ -212,15 +196,10 @@ def end_along_x(scene: Scene) -> Advance:
 
 def touch_on_path(scene: Scene) -> float:
     """x of the first touch on the triangular path, after a fall from the critical point, with hinge and pin."""
-    return _touch_on(scene, scene.path)[0]
-
-
-def _touch_on(scene: Scene, path: GripperPath) -> tuple[float, float]:
-    """x of the first touch on a path, and the length travelled at its critical point."""
-    segment = follow(scene.mesh, path, scene.strip.length)
+    segment = follow(scene.mesh, scene.path, scene.strip.length)
     if segment.critical is None:
-        raise SolveError("no critical point on the path", parameter=path.length)
-    return _touch(scene, segment.last), segment.critical.lam
+        raise SolveError("no critical point on the path", parameter=scene.path.length)
+    return _touch(scene, segment.last)
 
 
 def _touch(scene: Scene, critical: BranchPoint) -> float:
@@ -313,35 +292,6 @@ def sliding_along_x(scene: Scene, force: float) -> Advance:
     return elastica.state_at(height, length, last).advance, True
 
 
-def giving_on_path(scene: Scene, compliance: float) -> float:
-    """x of the first touch on that path with a pin that is a spring, in the frame of the ground."""
-    path = scene.path
-    states = follow(scene.mesh, path, scene.strip.length).states
-    reaction = {0.0: 0.0}
-    # The first bit of the path, at 45 degrees, presses the flat strip on the pin; later the loop takes that up.
-    reaction |= {state[1].lam: grip_and_hold(*state)[1] for state in states if state[1].lam > PRESSED}
-    # Against the pin's reaction it moves; behind the critical point it stays.
-    reaction[2.0 * path.length] = reaction[states[-1][1].lam]
-    moves = make_interp_spline(list(reaction), -compliance * np.array(list(reaction.values())), k=1)
-    pieces = tuple(Less(piece.start, piece.end, piece.name, piece, moves) for piece in path.pieces)
-    touch_x, lam = _touch_on(scene, GripperPath("relative", pieces))
-    return touch_x + float(moves(lam))
-
-
-@dataclass(frozen=True, eq=False)
-class Less(Piece):
-    """The piece ``of`` a path less the horizontal displacement ``moves``, a function of the length travelled."""
-
-    of: Piece
-    moves: BSpline
-
-    def position(self, s: float) -> Array:
-        return self.of.position(s) - np.array([float(self.moves(s)), 0.0])
-
-    def rate(self, s: float) -> Array:
-        return self.of.rate(s) - np.array([float(self.moves(s, 1)), 0.0])
-
-
 def facts(d: xr.Dataset) -> Facts:
     """Changes of the end of the advance by kind of variant."""
     names = d.variant.values.astype(str)
@@ -355,7 +305,6 @@ def facts(d: xr.Dataset) -> Facts:
 
     clamped = of("clamps") & np.isfinite(shift)
     return {
-        "count": (d.base.values != "").sum(),
         "z": d.attrs["height"],
         "poisson": float(np.nanmax(shift[of("Poisson") & ~of("narrow")])),
         "stretch": largest("eta_m"),

@@ -8,13 +8,14 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
+from inspect import getdoc
 from pathlib import Path
 from threading import Timer
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from stripfold import cli_commands as commands
-from stripfold import cli_doctor, cli_recordings
+from stripfold import cli_doctor, cli_recordings  # noqa: F401
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.base.version import version
 from stripfold.cli_messages import Say, in_si, messages, printable, verbosity_options, write
@@ -23,27 +24,13 @@ if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
 
-class Command(NamedTuple):
-    """A sub-command: what it does, in a line and in a sentence; its options; the function that does it.
-
-    The function returns what is printed, and an exit code where that is part of the result.  ``writes`` and
-    ``named_after`` are those of :func:`.cli_commands.check_outputs`; ``json``: whether it has the common ``--json``.
-    """
-
-    help: str
-    description: str
-    options: Callable[[argparse.ArgumentParser], None]
-    run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
-    writes: Mapping[str, str] = {}
-    named_after: Sequence[str] = ()
-    json: bool = True
-
-
-def _completion_options(parser: argparse.ArgumentParser) -> None:
+def completion_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("shell", choices=("bash", "zsh", "tcsh"))
 
 
-def _completion(arguments: argparse.Namespace, _: Say) -> str:
+@commands.command("completion of commands and options by the tab key, for a shell", completion_options, json=False)
+def completion(arguments: argparse.Namespace, _: Say) -> str:
+    """Print the script that completes commands and options: eval "$(stripfold completion bash)"."""
     from stripfold.base.extras import require
 
     require("completion")
@@ -52,117 +39,8 @@ def _completion(arguments: argparse.Namespace, _: Say) -> str:
     return str(shtab.complete(_parser(list(COMMANDS)), arguments.shell))
 
 
-COMMANDS = {
-    "critical": Command(
-        "critical point of a strip whose gripper advances at constant height",
-        "Find where a strip snaps through that lies flat, is lifted at one end and is then drawn over itself.",
-        commands.critical_options,
-        commands.critical,
-        {"plot": ".png"},
-    ),
-    "sweep": Command(
-        "critical points of a grid of strips, on all cores",
-        "Find the critical points of all combinations of values; a sweep that was interrupted goes on.",
-        commands.sweep_options,
-        commands.sweep,
-        {"output": ".nc"},
-        ("grid",),
-    ),
-    "eta": Command(
-        "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
-        "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from "
-        "a picture of such a loop or of a strip that hangs out of a clamp.",
-        cli_recordings.eta_options,
-        cli_recordings.eta,
-        {"picture": ".png"},
-    ),
-    "simulate": Command(
-        "simulation of a collapse: statics, fall, statics again",
-        "Move a strip's gripper to the critical point, let the strip fall to rest, and move on.",
-        commands.simulate_options,
-        commands.simulate,
-        {"output": ".nc", "plot": ".png"},
-        ("scene", "collapse"),
-    ),
-    "film": Command(
-        "film of a simulated collapse",
-        "Draw the result of `stripfold simulate` as an MP4 film.",
-        commands.film_options,
-        commands.film,
-        {"output": ".mp4"},
-        ("result",),
-    ),
-    "path": Command(
-        "gripper path of a half fold",
-        "Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor.",
-        commands.path_options,
-        commands.path,
-        {"plot": ".png", "csv": ".csv"},
-    ),
-    "plan": Command(
-        "a gripper path that folds a strip whose eta_b is not well known",
-        "Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot.",
-        commands.plan_options,
-        commands.plan,
-        {"csv": ".csv", "json": ".json", "report": ".html", "plot": ".png"},
-        json=False,
-    ),
-    "map": Command(
-        "stability map: the gripper places that a strip follows",
-        "Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it.",
-        commands.map_options,
-        commands.map_places,
-        {"output": ".nc", "plot": ".png"},
-    ),
-    "assess": Command(
-        "assessment of a gripper path: critical points, falls, touch, forces",
-        "Follow a path statically to its critical points, let the strip fall there, and go on to its end.",
-        commands.assess_options,
-        commands.assess,
-        {"plot": ".png", "film": ".mp4", "output": ".nc"},
-    ),
-    "record": Command(
-        "synthetic recording: film, calibration, log and truth",
-        "Render a strip's motion as a camera would film it, with the calibration of that camera.",
-        cli_recordings.record_options,
-        cli_recordings.record,
-    ),
-    "calibrate": Command(
-        "calibration of a camera from pictures of a board",
-        "Calibrate a camera, report each picture and the quality, and accept or refuse it.",
-        cli_recordings.calibrate_options,
-        cli_recordings.calibrate,
-        {"output": ".yaml"},
-        ("camera",),
-    ),
-    "measure": Command(
-        "lambda at the snap in a recording",
-        "Follow strip and gripper through a recording, find the snap, and estimate its uncertainty.",
-        cli_recordings.measure_options,
-        cli_recordings.measure,
-    ),
-    "new": Command(
-        "a commented file to start from: a scene, a recording or a grid",
-        "Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained.",
-        commands.new_options,
-        commands.new,
-        {"output": ".yaml"},
-        json=False,
-    ),
-    "completion": Command(
-        "completion of commands and options by the tab key, for a shell",
-        'Print the script that completes commands and options: eval "$(stripfold completion bash)".',
-        _completion_options,
-        _completion,
-        json=False,
-    ),
-    "doctor": Command(
-        "versions, codecs and a small run: what is installed, and what is missing",
-        "Say what is installed and what is missing, and solve one strip with two models.",
-        lambda _: None,
-        cli_doctor.doctor,
-    ),
-}
+ORDER = "critical sweep eta simulate film path plan map assess record calibrate measure new completion doctor"
+COMMANDS = {name: commands.COMMANDS[name] for name in ORDER.split()}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -279,7 +157,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="show the program's version number and exit")
     added = parser.add_subparsers(dest="command", required=True, metavar="command", parser_class=_Command)
     for name, command in COMMANDS.items():
-        options = added.add_parser(name, help=command.help, description=command.description, allow_abbrev=False)
+        options = added.add_parser(name, help=command.help, description=getdoc(command.run), allow_abbrev=False)
         # The models are imported for the command that is called, not for `--help`.
         if name in argv:
             command.options(options)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
 from stripfold.base.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 from stripfold.base.extras import require
@@ -30,6 +30,41 @@ INPUTS = ("grid", "scene", "result", "path", "image")
 TOO_LOW, TOO_HIGH = 0.44, 0.02
 """Distance of the first touch on an R-path from the planned one where the plan's eta_b is 5 % too low and too high, L*:
 a strip without friction, study disturbed_rpath (docs/physics.md, section 9)."""
+
+
+class Command(NamedTuple):
+    """A sub-command: a line on what it does, its options, and the function that does it, whose docstring describes it.
+
+    The function returns what is printed, and an exit code where that is part of the result.  ``writes`` and
+    ``named_after`` are those of :func:`check_outputs`; ``json``: whether it has the common ``--json``.
+    """
+
+    help: str
+    options: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
+    writes: Mapping[str, str]
+    named_after: Sequence[str]
+    json: bool
+
+
+COMMANDS: dict[str, Command] = {}
+R = TypeVar("R", str, tuple[str, int])
+
+
+def command(
+    text: str,
+    options: Callable[[argparse.ArgumentParser], None],
+    writes: Mapping[str, str] | None = None,
+    named_after: Sequence[str] = (),
+    json: bool = True,
+) -> Callable[[Callable[[argparse.Namespace, Say], R]], Callable[[argparse.Namespace, Say], R]]:
+    """Make a function a command of its name."""
+
+    def register(run: Callable[[argparse.Namespace, Say], R]) -> Callable[[argparse.Namespace, Say], R]:
+        COMMANDS[run.__name__.rstrip("_")] = Command(text, options, run, writes or {}, named_after, json)
+        return run
+
+    return register
 
 
 # -- options
@@ -178,7 +213,11 @@ def critical_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip there")
 
 
+@command(
+    "critical point of a strip whose gripper advances at constant height", critical_options, writes={"plot": ".png"}
+)
 def critical(arguments: argparse.Namespace, say: Say) -> str:
+    """Find where a strip snaps through that lies flat, is lifted at one end and is then drawn over itself."""
     from stripfold.ask.inputs import Scene
 
     scene = _asked(arguments, Scene)
@@ -194,7 +233,11 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
 
 
+@command(
+    "critical points of a grid of strips, on all cores", sweep_options, writes={"output": ".nc"}, named_after=("grid",)
+)
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
+    """Find the critical points of all combinations of values; a sweep that was interrupted goes on."""
     from stripfold.base.validation import read_yaml
 
     grid = read_yaml(arguments.grid, "grid", "length: 0.6")
@@ -224,7 +267,14 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "lambda over the deflection")
 
 
+@command(
+    "simulation of a collapse: statics, fall, statics again",
+    simulate_options,
+    writes={"output": ".nc", "plot": ".png"},
+    named_after=("scene", "collapse"),
+)
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
+    """Move a strip's gripper to the critical point, let the strip fall to rest, and move on."""
     from stripfold.ask.inputs import Simulation
 
     options_given, scene = given(arguments, Simulation), arguments.scene
@@ -260,7 +310,9 @@ def film_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
 
 
+@command("film of a simulated collapse", film_options, writes={"output": ".mp4"}, named_after=("result",))
 def film(arguments: argparse.Namespace, say: Say) -> str:
+    """Draw the result of `stripfold simulate` as an MP4 film."""
     from stripfold.draw.film import film
     from stripfold.files import store
 
@@ -284,7 +336,9 @@ def path_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the path")
 
 
+@command("gripper path of a half fold", path_options, writes={"plot": ".png", "csv": ".csv"})
 def path(arguments: argparse.Namespace, say: Say) -> str:
+    """Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor."""
     from stripfold.ask.inputs import UNSTRETCHED, Strip
     from stripfold.paths import PLANS, low
 
@@ -328,7 +382,14 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip along the path")
 
 
+@command(
+    "a gripper path that folds a strip whose eta_b is not well known",
+    plan_options,
+    writes={"csv": ".csv", "json": ".json", "report": ".html", "plot": ".png"},
+    json=False,
+)
 def plan(arguments: argparse.Namespace, say: Say) -> str:
+    """Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot."""
     from stripfold.ask.inputs import PlanInputs
 
     asked = PlanInputs(**given(arguments, PlanInputs) | _friction(arguments.friction_moment))
@@ -364,7 +425,11 @@ def map_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the map")
 
 
-def map_places(arguments: argparse.Namespace, say: Say) -> str:
+@command(
+    "stability map: the gripper places that a strip follows", map_options, writes={"output": ".nc", "plot": ".png"}
+)
+def map_(arguments: argparse.Namespace, say: Say) -> str:
+    """Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it."""
     from stripfold.ask.inputs import UNSTRETCHED, MapInputs
 
     asked = _asked(arguments, MapInputs, eta_m=UNSTRETCHED)
@@ -399,7 +464,13 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--check", action="store_true", help=text)
 
 
+@command(
+    "assessment of a gripper path: critical points, falls, touch, forces",
+    assess_options,
+    writes={"plot": ".png", "film": ".mp4", "output": ".nc"},
+)
 def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
+    """Follow a path statically to its critical points, let the strip fall there, and go on to its end."""
     from stripfold.ask.inputs import PathInputs
 
     asked = _asked(arguments, PathInputs)
@@ -424,7 +495,14 @@ def new_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILE.yaml", help="write it there, a new file, instead of printing it")
 
 
+@command(
+    "a commented file to start from: a scene, a recording or a grid",
+    new_options,
+    writes={"output": ".yaml"},
+    json=False,
+)
 def new(arguments: argparse.Namespace, say: Say) -> str:
+    """Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained."""
     text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")
     path = arguments.output
     if path is None:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from stripfold.base.extras import MODULES
 from stripfold.base.version import version
+from stripfold.cli_commands import command
 from stripfold.cli_messages import Say
 from stripfold.files.json_output import as_json
 
@@ -31,8 +32,9 @@ class Finding(NamedTuple):
     needed: bool = True
 
 
+@command("versions, codecs and a small run: what is installed, and what is missing", lambda _: None)
 def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
-    """The findings, and 2 as the exit code where something is wrong that every command needs."""
+    """Say what is installed and what is missing, and solve one strip with two models."""
     found = []
     for finding in _findings():
         say(finding.name)
@@ -105,16 +107,20 @@ def _film() -> Finding:
     """Write a film of two frames, and read it as `measure` does."""
     from tempfile import TemporaryDirectory
 
+    import av
     import numpy as np
 
     from stripfold.film import video
-    from stripfold.synthetic.scene import Filming
-    from stripfold.synthetic.video import encode
 
     pictures = [np.full((120, 160), grey, np.uint8) for grey in (60, 180)]
     with TemporaryDirectory() as folder:
         film = Path(folder) / "film.mkv"
-        encode(film, pictures, [0, 40], Filming(size=(160, 120)), coloured=False)
+        with av.open(str(film), "w") as container:
+            stream = container.add_stream("ffv1", rate=25, options={"threads": "1"})
+            stream.width, stream.height, stream.pix_fmt = 160, 120, "gray"
+            for picture in pictures:
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
+            container.mux(stream.encode(None))
         with video.read(film) as reader:
             seen = [frame.image for frame in reader]
     if not np.array_equal(seen, pictures):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.extras import require
-from stripfold.cli_commands import draw, given, lines, metres, option, options, plot_option, writable
+from stripfold.cli_commands import command, draw, given, lines, metres, option, options, plot_option, writable
 from stripfold.cli_messages import Say, write
 from stripfold.files.json_output import as_json, document
 
@@ -26,7 +26,14 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the fit over the picture", "picture")
 
 
+@command(
+    "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
+    eta_options,
+    writes={"picture": ".png"},
+)
 def eta(arguments: argparse.Namespace, say: Say) -> str:
+    """Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from
+    a picture of such a loop or of a strip that hangs out of a clamp."""
     from stripfold.film.request import EtaRequest
 
     asked = EtaRequest(**given(arguments, EtaRequest))
@@ -44,7 +51,9 @@ def record_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FOLDER", help="where to write [the scene's name, here]")
 
 
+@command("synthetic recording: film, calibration, log and truth", record_options)
 def record(arguments: argparse.Namespace, say: Say) -> str:
+    """Render a strip's motion as a camera would film it, with the calibration of that camera."""
     from stripfold.synthetic import recording, scene
 
     asked = scene.read(arguments.scene)
@@ -89,7 +98,14 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
 
 
+@command(
+    "calibration of a camera from pictures of a board",
+    calibrate_options,
+    writes={"output": ".yaml"},
+    named_after=("camera",),
+)
 def calibrate(arguments: argparse.Namespace, say: Say) -> str:
+    """Calibrate a camera, report each picture and the quality, and accept or refuse it."""
     require("vision")
     from stripfold.base.errors import CalibrationError
     from stripfold.film import camera_check
@@ -114,7 +130,9 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md")
 
 
+@command("lambda at the snap in a recording", measure_options)
 def measure(arguments: argparse.Namespace, say: Say) -> str:
+    """Follow strip and gripper through a recording, find the snap, and estimate its uncertainty."""
     require("vision")
     from stripfold.files import store
     from stripfold.film.measure import RecordingMeasurement

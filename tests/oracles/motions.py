@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from stripfold.base.arrays import Array, Index
-from stripfold.solve.linear import Band, BandPattern
+from stripfold.solve.linear import Band
 from stripfold.solve.problem import FixedUnknowns
 from stripfold.strip.model import Model
 
@@ -97,48 +97,3 @@ class HeldStrip(WithoutMemory):
 
     def prescribed_rates(self, lam: float) -> Array:
         return self.direction
-
-
-@dataclass(frozen=True)
-class Oscillator(WithoutMemory):
-    """``q'' + q = 0``: a mass of one on a linear spring, as the schemes see a problem."""
-
-    size: int = 1
-
-    @property
-    def prescribed(self) -> Index:
-        return np.zeros(0, dtype=np.intp)
-
-    @property
-    def metric(self) -> Array:
-        return np.zeros(1)  # measures steps that are capped: these are not
-
-    @property
-    def mass(self) -> Band:
-        return BandPattern.of(np.zeros((1, 1), dtype=np.intp), 1).assemble(np.ones((1, 1, 1)))
-
-    def residual(self, q: Array, lam: float) -> Array:
-        return q
-
-    def linearise(self, q: Array, lam: float, predicted_stress: None = None) -> tuple[Array, Band, Array]:
-        return q, self.mass, np.zeros(1)
-
-    def predict_stress(self, q: Array, dq: Array) -> None:
-        return None
-
-    def admissibility(self, q: Array) -> str:
-        return ""
-
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, predicted_stress: None = None) -> tuple[Array, Band]:
-        return 0.5 * (q0 + q1) + kappa * (q1 - q0), self.mass.scaled(0.5 + kappa)
-
-    def strain_distance(self, q0: Array, q1: Array) -> float:
-        return float((q1 - q0) @ (q1 - q0))
-
-    def energies(self, q: Array) -> tuple[float, float]:
-        return 0.5 * float(q @ q), 0.0
-
-    def prescribed_values(self, lam: float) -> Array:
-        return np.zeros(0)
-
-    prescribed_rates = prescribed_values

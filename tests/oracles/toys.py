@@ -117,19 +117,6 @@ def breaking(problem: Toy, at: float) -> Toy:
     return Toy(problem.size, function, bounded=problem.bounded, lower=problem.lower, weights=problem.weights)
 
 
-def with_bystander(problem: Toy, height: float, slope: float) -> Toy:
-    """The same problem and one unknown more, over a floor it never meets: it solves ``y = height + slope lam``."""
-
-    def function(q: Array, lam: float) -> tuple[Array, Array, Array]:
-        r, k, rate = problem.function(q[:-1], lam)
-        n = problem.size
-        whole = np.zeros((n + 1, n + 1))
-        whole[:n, :n], whole[n, n] = k, 1.0
-        return np.append(r, q[-1] - height - slope * lam), whole, np.append(rate, -slope)
-
-    return Toy(problem.size + 1, function, bounded=np.array([problem.size]), lower=np.zeros(1))
-
-
 def branches(paths: list[list[Callable[[float], float]]]) -> Toy:
     """Unknown i solves ``product over j of (q_i - paths[i][j](lam)) = 0``: branches that are known and never meet."""
 

@@ -130,19 +130,14 @@ CASES = tuple(Case(*row) for row in (
 # fmt: on
 
 
-def run(refinement: float = 1.0, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
-    """All cases, over ``case``; ``refinement`` is a factor on all element lengths."""
-    rows = pooled(partial(_numbered, refinement), range(len(CASES)), threads, progress)
-    return dataset(rows, refinement)
+def run(refinement: float = 1.0, every: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+    """Over ``case``; ``refinement`` is a factor on all element lengths; one case in ``every`` is run."""
+    rows = pooled(partial(_numbered, refinement), range(0, len(CASES), every), threads, progress)
+    return table("case", rows, {"refinement": refinement}, units=UNITS)
 
 
 def _numbered(refinement: float, number: int) -> dict[str, Any]:
     return judge(CASES[number], refinement)
-
-
-def dataset(rows: list[dict[str, Any]], refinement: float) -> xr.Dataset:
-    """Rows of :func:`.case.judge` over ``case``."""
-    return table("case", rows, {"refinement": refinement}, units=UNITS)
 
 
 def markdown(data: xr.Dataset) -> str:

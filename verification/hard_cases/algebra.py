@@ -15,9 +15,9 @@ from stripfold.solve.stability import nearest_eigenvalues
 from stripfold.strip.model import Model
 from stripfold.strip.reference import Reference
 from stripfold.strip.rod import Rod
+from verification.dynamics import HeldStrip
 from verification.hard_cases.arch import LENGTH, NONE, THICKNESS, Arch
 from verification.hard_cases.case import Finding, refined
-from verification.modes import HeldStrip
 
 CANTILEVER, THIN, COLUMNS = 2.0, 0.02, 80
 """Length and thickness, L*, and elements of a cantilever whose mesh is distorted."""

@@ -30,8 +30,8 @@ from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.linear import Band
 from stripfold.solve.problem import Point, Tangent
 from stripfold.strip.rod import Rod
+from verification.dynamics import HeldStrip
 from verification.hard_cases.case import Finding, refined
-from verification.modes import HeldStrip
 
 LENGTH, THICKNESS = 4.0, 0.02
 REMAINDER = (pi * THICKNESS / LENGTH) ** 2

@@ -49,8 +49,8 @@ paths, and what to do where the strip would fall. After a fall the gripper goes 
 comes off: the hysteresis loop, drawn beside the strip as lambda over the height of the sag. A button plays the paper's
 motion, lambda at constant height from lambda_0 past lambda_c and back. Its states are interpolated in tables of the
 elastica (`explorer_error` in [verification.md](verification.md)): without friction, for strips of 8 to 46 L\\* and,
-while the strip is carried over, grippers at least 0.3 L\\* high. `make explorer` redoes the tables and their check
-in headless Chromium.
+while the strip is carried over, grippers at least 0.3 L\\* high. `make all` checks it in headless
+Chromium where there is one.
 
 A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
 way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the

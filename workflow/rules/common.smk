@@ -4,7 +4,6 @@ import sys
 from functools import partial
 from itertools import product
 from pathlib import Path
-from shutil import which
 
 sys.path[:0] = [str(Path(workflow.basedir, "workflow")), str(workflow.basedir)]
 # Snakemake puts it into shell commands as it is, and the path may have spaces.

@@ -30,12 +30,13 @@ STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier calibration disturbed_rpath eigenvalues layer_friction low_paths order peers printed_law "
-            "recordings_accuracy stability_map textile_law"
+            "barrier disturbed_rpath eigenvalues fabrics layer_friction low_paths order peers printed_law "
+            "recordings_accuracy stability_map"
         ).split()
     },
-    "fabrics": ["fabrics", "friction_margin"],
-    "fall_precision": ["fall_accuracy"],
+    "calibration": ["public_pictures"],
+    "textile_law": ["fabric_laws"],
+    "fall_precision": ["falls"],
     "rod": ["models"],
     "friction_delay": ["friction_delay", "fabrics", "friction"],
     "friction_touch": ["friction_touch", "fabrics"],
@@ -73,21 +74,19 @@ FIGURE_FILES = expand(
 )
 
 
-if "explorer" in STUDY_FILES:
-
-    rule explorer_page:
-        """The page in which a reader drags the gripper."""
-        input:
-            tables=FILES["explorer"],
-            code=["workflow/tasks/explorer.py", *sorted(map(str, Path("workflow/explorer").iterdir()))],
-        output:
-            in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
-        log:
-            f"{LOGS}/explorer_page.log",
-        params:
-            **calls("tasks.explorer:write"),
-        script:
-            "../script.py"
+rule explorer_page:
+    """The page in which a reader drags the gripper."""
+    input:
+        tables=FILES["explorer"],
+        code=["workflow/tasks/explorer.py", *sorted(map(str, Path("workflow/explorer").iterdir()))],
+    output:
+        in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
+    log:
+        f"{LOGS}/explorer_page.log",
+    params:
+        **calls("tasks.explorer:write"),
+    script:
+        "../script.py"
 
 
 for rule_name, figures in SOURCES.items():

@@ -3,11 +3,10 @@
 TIMED = {
     "accuracy",
     "benchmark",
-    "fall_accuracy",
+    "falls",
     "folding_plans",
     "order",
     "peers",
-    "profiling",
     "stability_map",
     "sweeps",
     "video_benchmark",
@@ -16,12 +15,10 @@ TIMED = {
 SHARED = {"recordings_accuracy"}
 # What a study needs beside the environment; without it its numbers are left out.
 NEEDED = {
-    "calibration": config["images"],
-    "centrelines": config["images"],
-    "explorer": which("chromium") or "chromium",
+    "public_pictures": config["images"],
     "peers": "verification/peers/.venv",
 }
-PICTURED = {"calibration", "centrelines", "eta_pictures"}
+PICTURED = {"public_pictures", "eta_pictures"}
 STUDY_FILES = {
     name: f"{RESULTS}/studies/{name}.nc"
     for name in STUDIES

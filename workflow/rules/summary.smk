@@ -34,7 +34,6 @@ rule summary:
 TABLES = [
     "hard_cases",
     "accuracy",
-    "profiling",
     "effects",
     "peers",
     "low_paths",
@@ -43,7 +42,7 @@ TABLES = [
     "layer_friction",
     "friction_touch",
     "fabrics",
-    "textile_law",
+    "fabric_laws",
     "variants",
 ]
 

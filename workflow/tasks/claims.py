@@ -6,7 +6,7 @@ import operator
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -39,7 +39,6 @@ class Claim(Input):
     figures: Annotated[list[Text], Field(default_factory=list)]
     verdict: Verdict
     limits: str = ""
-    headline: bool = False
 
     @model_validator(mode="after")
     def _decided(self) -> Self:
@@ -141,14 +140,11 @@ def tables(summary: Mapping[str, Entry]) -> dict[str, str]:
     }
 
 
-def headlines(summary: Mapping[str, Entry]) -> str:
-    """The table of the README: the claims marked as headlines."""
-    rows = []
-    for c in read().claims:
-        if c.headline:
-            numbers = ", ".join(_quoted(condition, summary) for condition in c.numbers)
-            rows.append((c.claim, numbers, judged(c, summary)))
-    return _table(("the paper says", "here", "verdict"), rows)
+def counts(summary: Mapping[str, Entry]) -> str:
+    """The line of the README: how many claims have which verdict."""
+    verdicts = [judged(claim, summary) for claim in read().claims]
+    each = (f"{verdicts.count(name)} {name}" for name in (*get_args(Verdict), OPEN) if name in verdicts)
+    return f"Of {len(verdicts)} claims: {', '.join(each)}.\n"
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -243,23 +243,16 @@ def find(scene: Scene, progress: Progress | None = None, prediction: ElasticaPre
     printed = nan if scene.law == "printed" else 1.0
     snaps = found.end is End.SNAP
     place, uncertainty = scene.second_gripper, scene.eta_b_uncertainty
+    lengths = {name: unit * value for name, value in found._asdict().items() if name != "end"}
     return CriticalPoint(
-        lambda_0=unit * found.lambda_0,
-        lambda_c=unit * found.lambda_c,
-        x_c=unit * found.lambda_c - 0.5 * scene.length,
-        lambda_c_lower=unit * found.lower,
-        lambda_c_upper=unit * found.upper,
-        error=unit * found.error,
-        lambda_touch=unit * found.lambda_touch,
-        touch_x=unit * found.touch_x,
-        free_length=unit * found.free_length,
+        **lengths,
+        x_c=lengths["lambda_c"] - 0.5 * scene.length,
         snap=snaps,
         reason=reason,
         seconds=perf_counter() - began,
         model=used.model,
         model_error=advance * used.distance_from_solid(used.model),
         solid_error=printed * advance * solid_error(material.relative_thickness, material.nu, scene.height_star),
-        state=unit * found.state,
         eta_b_range=None if uncertainty is None else over_eta_b(scene, uncertainty, advance),
         second_gripper=second_gripper(scene, place) if place is not None and snaps else None,
         scene=scene,
@@ -294,8 +287,8 @@ class _Found(NamedTuple):
     free_length: float
     state: Array
     lambda_c: float = nan
-    lower: float = nan
-    upper: float = nan
+    lambda_c_lower: float = nan
+    lambda_c_upper: float = nan
     lambda_touch: float = nan
     touch_x: float = nan
     error: float = nan

@@ -33,8 +33,6 @@ class Section(NamedTuple):
 
 
 ROD = Section(3.5, 0.0, 0.0)
-PLANE = Section(3.0, 0.01875, 0.0)
-"""A section of the solid that stays plane and as thick as it is, without Poisson's ratio."""
 
 
 def exact(nu: float) -> Section:

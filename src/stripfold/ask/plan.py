@@ -7,7 +7,7 @@ can have the margin, and the rod with the least, the given and the largest eta_b
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from time import perf_counter
@@ -114,12 +114,12 @@ class Choice:
         Least distance of the gripper from the snap boundary with the worst eta_b, m.
     reason
         Why this path.
+    sufficient_moment
+        M_0 that suffices on the path with the worst eta_b, N; None where it needs none.
     refused
         Those tried before.
     verdicts
         The rod's, with the least, the given and the largest eta_b.
-    sufficient_moment
-        M_0 that suffices on the path with the worst eta_b, N; None where it needs none.
     in_time
         The rod in time; None where no speed is given.
     """
@@ -127,19 +127,10 @@ class Choice:
     path: FoldPath
     margin: float
     reason: str
-    refused: tuple[Refusal, ...]
-    verdicts: tuple[PathAssessment, ...]
     sufficient_moment: float | None = None
+    refused: tuple[Refusal, ...] = ()
+    verdicts: tuple[PathAssessment, ...] = ()
     in_time: InTime | None = None
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    path: FoldPath
-    margin: float
-    reason: str
-    moment: float | None = None
-    """M_0 with which it is followed, N; None for a path without friction."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +144,7 @@ class _Chooser:
         stiffest, given, softest = (strip.gravity_length for strip in self.asked.strips)
         return stiffest, given, softest
 
-    def low(self) -> _Candidate | Refusal:
+    def low(self) -> Choice | Refusal:
         """As high as usual, within the limits for every eta_b."""
         asked, (stiffest, given, softest) = self.asked, self.units
         limit = elastica.touch_limit() * softest
@@ -173,9 +164,9 @@ class _Chooser:
             return Refusal("low", f"the upper layer slides over the lower one, which is not allowed{bound}")
         height = float(np.clip(USUAL * given, lowest, highest))
         why = f"{1e3 * height:.1f} mm high, below {1e3 * limit:.1f} mm nothing snaps with any eta_b of the interval"
-        return _Candidate(paths.low(asked, height), limit - height, why)
+        return Choice(paths.low(asked, height), limit - height, why)
 
-    def triangular(self) -> _Candidate | Refusal:
+    def triangular(self) -> Choice | Refusal:
         """Where the softest strip, relative to L* the longest, touches before it can snap."""
         asked, unit = self.asked, self.units[-1]
         above = unit * snaps_above(asked.length / unit)
@@ -189,9 +180,9 @@ class _Chooser:
             return Refusal("triangular", f"its margin is {1e3 * margin:.1f} mm", asked.margin - margin)
         why = "the strip is so short that its sag lands before it can snap"
         lift = f"up to {1e3 * height:.1f} mm it is lifted without horizontal force, not to push what lies into a ruck"
-        return _Candidate(path, margin, f"{why}; {lift}")
+        return Choice(path, margin, f"{why}; {lift}")
 
-    def r_path(self) -> _Candidate | Refusal:
+    def r_path(self) -> Choice | Refusal:
         """Along the snap boundary, where internal friction has to hold the strip."""
         asked, unit = self.asked, self.units[1]
         per_moment = DELAY / asked.material.force_scale
@@ -216,9 +207,9 @@ class _Chooser:
             why = f"with eta_b = {lost[0].eta_b:.4g} the strip is lost with a friction moment of {kept}"
             return Refusal("r-path", f"{why}; {advice}" if holds > enough else why)
         why = f"a friction moment of {enough:.3g} N holds the strip, and there are {there:.3g} N"
-        return _Candidate(path, per_moment * (there - enough), why, enough)
+        return Choice(path, per_moment * (there - enough), why, enough)
 
-    def checked(self, candidate: _Candidate) -> tuple[PathAssessment, ...] | str:
+    def checked(self, candidate: Choice) -> tuple[PathAssessment, ...] | str:
         """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
         asked, found = self.asked, []
         for strip in asked.strips:
@@ -228,9 +219,8 @@ class _Chooser:
             inputs = PathInputs(**strip.model_dump(), model="rod")
             # A strip so far from where it snaps is lost on no mesh.
             how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
-            if candidate.moment is not None:
-                friction: dict[str, Any] = {"friction_moment": asked.friction_moment, "step": STEP * unit}
-                inputs = PathInputs(**strip.model_dump(), model="rod", **friction)
+            if candidate.sufficient_moment is not None:
+                inputs = inputs.model_copy(update={"friction_moment": asked.friction_moment, "step": STEP * unit})
                 # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
                 # followed before, with less friction and by other steps.
                 how = {"yield_curvature": asked.yield_curvature, "refinement": REFINEMENT, "compare": False}
@@ -251,11 +241,6 @@ class _Chooser:
             found.append(verdict)
         return tuple(found)
 
-    def tries(self) -> Iterator[Callable[[], _Candidate | Refusal]]:
-        yield self.low
-        yield self.triangular
-        yield self.r_path
-
 
 def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> Choice:
     """The first path that has the margin for every eta_b of the interval, and that the rod follows.
@@ -274,7 +259,7 @@ def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> 
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
         raise InvalidInputError("length", asked.length, allowed, "a shorter strip has no fold with aligned edges")
     refused: list[Refusal] = []
-    for attempt in chooser.tries():
+    for attempt in (chooser.low, chooser.triangular, chooser.r_path):
         tried = attempt()
         if isinstance(tried, Refusal):
             refused.append(tried)
@@ -283,11 +268,11 @@ def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> 
         if isinstance(verdicts, str):
             refused.append(Refusal(tried.path.name, verdicts))
             continue
-        choice = Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts, tried.moment)
+        choice = replace(tried, refused=tuple(refused), verdicts=verdicts)
         if asked.speed is None:
             return choice
         curves = [scaled(tried.path, unit) for unit in chooser.units]
-        moment = 0.0 if tried.moment is None else asked.friction_moment or 0.0
+        moment = 0.0 if tried.sufficient_moment is None else asked.friction_moment or 0.0
         moved = in_time(asked, curves, [verdict.states for verdict in verdicts], moment, say)
         if not isinstance(moved, str):
             return replace(choice, in_time=moved)

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 from stripfold.base.arrays import Array
 from stripfold.base.errors import CalibrationError, InvalidInputError
 from stripfold.files.tables import read_table
-from stripfold.film import video
 from stripfold.film.boards import Board, Corners, Refinement, detect
 from stripfold.film.camera import Camera, Mapping, fit_homography, fit_similarity, read_camera, rms, scale, transform
-from stripfold.film.holder import Holder, Marker, Template
+from stripfold.film.holder import Holder, holder_of
 from stripfold.film.pictures import one_thread, picture_files, read_calibration_picture
-from stripfold.film.recording import Entries, MarkerEntry, inside
+from stripfold.film.recording import Entries, inside
 from stripfold.film.video import Thumbnails
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
@@ -413,22 +412,9 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
             "a picture of the board in the folding plane",
             "compare its columns and rows with the description; it must be in focus, a chessboard entirely visible",
         )
-    stops = find_stops(folder, entries.robot.grid, holder(folder, entries), camera.size)
+    stops = find_stops(folder, entries.robot.grid, holder_of(folder, entries), camera.size)
     side = None if entries.gripper.marker is None else entries.gripper.marker.size
     return assemble(source, board, stops, side, path.name)
-
-
-def holder(folder: Path, entries: Entries) -> Holder:
-    """What is followed of the gripper, as it is found in pictures.
-
-    Raises InvalidInputError: no such marker, or a template that does not stand out in the film's first frame.
-    """
-    described = entries.gripper.holder
-    if isinstance(described, MarkerEntry):
-        return Marker(described.dictionary, described.id)
-    timestamps = None if entries.timestamps is None else folder / entries.timestamps
-    with video.read(folder / entries.video, timestamps) as film:
-        return Template(next(film).image, described.box)
 
 
 def assemble(

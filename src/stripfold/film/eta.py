@@ -277,21 +277,5 @@ def eta_b(
     >>> round(sf.eta_b(fold_height=0.0272).eta_b, 1)
     3774.6
     """
-    picture = None if image is None else str(file_name("image", image))
-    return EtaB.of(
-        EtaRequest(
-            fold_height=fold_height,
-            image=picture,
-            scale=scale,
-            method=method,
-            slope=slope,
-            tilt=tilt,
-            roll=roll,
-            depth=depth,
-            bending_length=bending_length,
-            rigidity=rigidity,
-            kes_b=kes_b,
-            kes_2hb=kes_2hb,
-            gsm=gsm,
-        )
-    )
+    given = dict(locals())
+    return EtaB.of(EtaRequest(**given | {"image": None if image is None else str(file_name("image", image))}))

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from math import nan
+from math import isfinite, nan
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -29,7 +29,7 @@ from stripfold.film import snap
 from stripfold.film.camera import Mapping
 from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, USUAL_MISFIT
 from stripfold.film.fold import correlation_length
-from stripfold.film.recording import Recording, StripEntry
+from stripfold.film.recording import Entries, Recording, StripEntry
 from stripfold.film.tracking import Tracks
 
 MARGIN = 0.3
@@ -289,3 +289,39 @@ def _fitted(seen: _Seen) -> tuple[Array, Array, float]:
     slopes = jacobian(values)
     covariance = count * np.asarray(np.linalg.inv(slopes.T @ slopes))
     return values, covariance, noise
+
+
+@dataclass(frozen=True)
+class ModelValue:
+    """lambda_c of the elastica at the described height, m; nan where the sag touches the lower layer before a snap.
+
+    ``without_friction``, ``low``, ``high``: the value, and its 95 % interval from that of eta_b; nan where none was
+    given.  ``with_friction``: with the fabric's friction to first order, see :func:`.elastica.friction_delay`; nan
+    where none was given.
+    """
+
+    without_friction: float
+    low: float
+    high: float
+    with_friction: float
+
+
+def model_value(entries: Entries) -> ModelValue:
+    """The model's lambda_c for a recording's strip and height."""
+    strip, height = entries.strip, entries.gripper.height
+
+    def lambda_c(eta_b: float) -> float:
+        unit = Material(eta_b).gravity_length
+        return elastica.critical(height / unit).advance * unit
+
+    value, low, high, with_friction = lambda_c(strip.eta_b), nan, nan, nan
+    if strip.eta_b_interval is not None:
+        ends = [lambda_c(eta_b) for eta_b in strip.eta_b_interval]
+        if all(map(isfinite, (value, *ends))):
+            low, high = sorted(ends)
+    if strip.friction_moment is not None and strip.rho_a is not None:
+        material = Material(strip.eta_b)
+        unit = material.gravity_length
+        moment = strip.friction_moment / (strip.rho_a * material.gravity * unit**2)
+        with_friction = value + elastica.friction_delay(height / unit) * moment * unit
+    return ModelValue(value, low, high, with_friction)

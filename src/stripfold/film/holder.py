@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
@@ -19,16 +20,17 @@ from scipy.special import ndtr
 
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import InvalidInputError
-from stripfold.film import boards
+from stripfold.film import boards, video
 from stripfold.film.boards import Refinement, refine
 from stripfold.film.camera import transform
+from stripfold.film.recording import Entries, MarkerEntry
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The corners in the pattern's own frame, in sides, in OpenCV's order."""
 TUKEY = 4.685
 """Constant of Tukey's biweight: 95 % as efficient as least squares."""
-TOLERANCE = 3e-3
-"""Movement of the centre, pixels, that ends the iteration."""
+TOLERANCE = 1e-2
+"""Movement of the centre, pixels, that ends the iteration: the next one would be a tenth of it."""
 MIN_SD = 0.003
 """Least standard deviation of the centre, pixels: the first frame fits itself exactly."""
 _KERNEL = np.clip(1.5 - np.abs(np.arange(-5, 6)) / 4.0, 0.0, 1.0)
@@ -42,14 +44,15 @@ _ENLARGED, _MAX_ENLARGED = (1, 2, 3), 2000
 """Magnifications tried in turn for detection, up to this longest side, pixels."""
 _RIM = 0.5
 """Width of the white rim that is fitted too, cells."""
-_MIN_SAMPLES, _MAX_SAMPLES = 24, 32
+_MIN_SAMPLES, _MAX_SAMPLES = 24, 28
 """Sample points along a marker's side; between these limits about one per pixel."""
-_NODES = 4
-"""Nodes of gain and of offset along a marker's side; with 3 the edge of a shadow moves it by a quarter of a pixel."""
+_NODES = 4, 2
+"""Nodes of gain and of offset along a marker's side; with 3 of the gain the edge of a shadow moves it by a quarter of a
+pixel."""
 _START_BLUR, _MIN_BLUR, _MAX_BLUR = 0.8, 0.3, 1.0
 """Initial and least blur of a marker, pixels; largest, cells."""
-_SAME_BLUR = 0.03
-"""Change of the blur, as a share, from which its pattern is computed again."""
+_SAME_BLUR = 0.1
+"""Change of the blur, as a share, from which its pattern is computed again; smaller ones have linear effects."""
 
 MIN_FOUND = 0.7
 """Correlation from which a template is found in a whole picture."""
@@ -99,30 +102,34 @@ class Fit:
         return replace(self, homography=translation @ self.homography)
 
 
-class _Pattern(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Pattern:
     """Grey values at points of the pattern's frame, and how they change; n points of a grid of ``shape``.
 
-    ``places``, shape (2, n), sides; ``values``, shape (n,); ``slopes``, shape (2, n), along both axes; ``light``, shape
-    (k, n): functions whose sums are gain and offset; ``bends``, shape (2, n) or (0, n): derivatives by the squared
-    ``blur``, shape (2,), of a pattern that has one.
+    ``places``, shape (2, n), sides; ``values``, shape (n,); ``slopes``, shape (2, n), along both axes; ``gains``,
+    ``offsets``, shape (k, n): functions whose sums are gain and offset; ``bends``, shape (2, n) or (0, n): derivatives
+    by the squared ``blur``, shape (2,), of a pattern that has one.
     """
 
     shape: tuple[int, int]
     places: Array
     values: Array
     slopes: Array
-    light: Array
+    gains: Array
+    offsets: Array
     bends: Array
     blur: Array
+    perspective: bool
 
-    def derivatives(self, perspective: bool) -> Array:
-        """By the motion, 6 or 8, the gain, the offset and the rest, shape (..., n)."""
+    @cached_property
+    def rows(self) -> Array:
+        """Derivatives by the motion, 6 or with a perspective 8, the gain, the offset and the blur, shape (..., n)."""
         (u, v), (by_u, by_v) = self.places, self.slopes
         motion = [by_u, by_u * u, by_u * v, by_v, by_v * u, by_v * v]
-        if perspective:
+        if self.perspective:
             along = by_u * u + by_v * v
             motion += [-along * u, -along * v]
-        return np.concatenate([motion, self.light * self.values, self.light, self.bends])
+        return np.concatenate([motion, self.gains * self.values, self.offsets, self.bends])
 
 
 class _Limits(NamedTuple):
@@ -143,7 +150,7 @@ class Holder:
 
     name: str
     limits: _Limits
-    perspective = False
+    order = 1
     least_score = 0.0
 
     def find(self, picture: Picture) -> Fit | None:
@@ -167,26 +174,27 @@ class Holder:
         part = picture[low[1] : high[1], low[0] : high[0]]
         if np.any(np.array(part.shape) < 0.25 * start.side):
             return None
-        part = ndimage.spline_filter(cv2.GaussianBlur(part.astype(np.float64), (0, 0), sigma))
+        part = cv2.GaussianBlur(part.astype(np.float64), (0, 0), sigma)
+        part = ndimage.spline_filter(part) if self.order > 1 else part
         homography = start.moved(-low.astype(np.float64)).homography
-        rows, expected = pattern.derivatives(self.perspective), homography[:2, 2]
-        motions, lights = (8 if self.perspective else 6), len(pattern.light)
+        expected, light = homography[:2, 2], pattern.gains.mean(axis=1)
+        rows, motions = pattern.rows, 8 if pattern.perspective else 6
+        contrast = float(np.std(pattern.values))
         weight, last = np.ones(len(pattern.values)), np.array(part.shape[::-1])[:, None] - 1.0
         for _ in range(limits.iterations):
             places = homography[:, :2] @ pattern.places + homography[:, 2:]
             places = places[:2] / places[2]
             # OpenCV rounds places to 1/32 pixel.
-            values = ndimage.map_coordinates(part, places[::-1], order=3, mode="nearest", prefilter=False)
+            values = ndimage.map_coordinates(part, places[::-1], order=self.order, mode="nearest", prefilter=False)
             inside = np.all((places >= 0.0) & (places <= last), axis=0)
-            weighted = weight * inside * rows
+            weighted = (weight * inside) * rows
             normal = weighted @ rows.T
             # Regularised: where the pattern has one colour only, gain and offset are not independent.
             normal.flat[:: len(normal) + 1] += 1e-6 * normal.diagonal() + 1e-9
             found = np.linalg.solve(normal, weighted @ values)
             residual = values - found @ rows
-            gain = float(np.median(found[motions : motions + lights] @ pattern.light))
-            floor = limits.scale * abs(gain) * float(np.std(pattern.values))
-            scale = max(1.4826 * float(np.median(np.abs(residual))), floor, 1e-3)
+            gain = float(found[motions : motions + len(light)] @ light)
+            scale = max(1.4826 * float(np.median(np.abs(residual))), limits.scale * abs(gain) * contrast, 1e-3)
             share = inside * np.clip(1.0 - (residual / (TUKEY * scale)) ** 2, 0.0, None)
             weight = share**2
             if weight.mean() < limits.seen or gain <= 0.0:
@@ -206,7 +214,7 @@ class Holder:
                 blur = self._within(start, np.sqrt(np.clip(change, (blur / 1.5) ** 2, (1.5 * blur) ** 2)))
                 if np.abs(blur / pattern.blur - 1.0).max() > _SAME_BLUR:
                     settled, pattern = False, self._pattern(start, blur)
-                    rows = pattern.derivatives(self.perspective)
+                    rows = pattern.rows
             if settled:
                 break
         else:
@@ -261,7 +269,6 @@ class Marker(Holder):
     Raises InvalidInputError: the dictionary has fewer markers.
     """
 
-    perspective = True
     limits = _Limits(iterations=30, seen=0.1, reach=0.25, growth=0.5, scale=0.03)
 
     def __init__(self, dictionary: str, number: int) -> None:
@@ -274,6 +281,7 @@ class Marker(Holder):
         self._detector = cv2.aruco.ArucoDetector(known, parameters)
         self.cells = int(known.markerSize) + 2
         self._rim = 0.5 + _RIM / self.cells
+        self._known: _Pattern | None = None
         pattern = np.asarray(cv2.aruco.generateImageMarker(known, number, self.cells), dtype=np.float64) / 255.0
         # The pattern on white as a sum of steps: entry (i, j) is added right of edge j and below edge i.
         self._steps = np.diff(np.diff(np.pad(pattern - 1.0, 1), axis=0), axis=1)
@@ -313,21 +321,28 @@ class Marker(Holder):
         return int(np.clip(round(2.0 * self._rim * start.side), _MIN_SAMPLES, _MAX_SAMPLES))
 
     def _pattern(self, start: Fit, blur: Array) -> _Pattern:
-        n = self._count(start)
+        n, known = self._count(start), self._known
+        if known and known.shape == (n, n) and np.abs(blur / known.blur - 1.0).max() <= _SAME_BLUR:
+            return known
         axis = np.linspace(-self._rim, self._rim, n)
         (u, by_u, bend_u), (v, by_v, bend_v) = (self._edges(axis, size) for size in blur)
         rows, columns = self._steps @ u.T, v @ self._steps
         values, slopes = 1.0 + columns @ u.T, np.stack([columns @ by_u.T, by_v @ rows])
-        nodes = np.maximum(1.0 - np.abs(np.linspace(0.0, _NODES - 1.0, n) - np.arange(_NODES)[:, None]), 0.0)
-        return _Pattern(
+        gains, offsets = (
+            np.maximum(1.0 - np.abs(np.linspace(0.0, k - 1.0, n) - np.arange(k)[:, None]), 0.0) for k in _NODES
+        )
+        self._known = _Pattern(
             shape=(n, n),
             places=np.stack(np.meshgrid(axis, axis)).reshape(2, -1),
             values=values.ravel(),
             slopes=slopes.reshape(2, -1),
-            light=np.einsum("ik,jl->ijkl", nodes, nodes).reshape(_NODES**2, -1),
+            gains=np.asarray(np.kron(gains, gains), dtype=np.float64),
+            offsets=np.asarray(np.kron(offsets, offsets), dtype=np.float64),
             bends=np.stack([columns @ bend_u.T, bend_v @ rows]).reshape(2, -1),
             blur=blur,
+            perspective=True,
         )
+        return self._known
 
     def _edges(self, axis: Array, blur: float) -> tuple[Array, Array, Array]:
         """Of each edge at each place: its blurred step, its density, and the step's derivative by the blur squared."""
@@ -353,6 +368,7 @@ class Template(Holder):
     """
 
     limits = _Limits(iterations=30, seen=0.8, reach=0.2, growth=0.2, scale=0.03)
+    order = 3
     # Noise of 3 grey levels leaves this of the least texture, a covered part less.
     least_score = 0.98
 
@@ -373,14 +389,17 @@ class Template(Holder):
             raise InvalidInputError(key, list(box), allowed, advice)
         self._size = np.array([width, height])
         u, v = np.meshgrid(*((np.arange(n) - 0.5 * (n - 1.0)) / n for n in (width, height)))
+        linear = np.stack([np.ones_like(u), u, v]).reshape(3, -1)
         self._known = _Pattern(
             shape=(height, width),
             places=np.stack([u, v]).reshape(2, -1),
             values=blurred.ravel(),
             slopes=np.stack([slopes[0] * width, slopes[1] * height]).reshape(2, -1),
-            light=np.stack([np.ones_like(u), u, v]).reshape(3, -1),
+            gains=linear,
+            offsets=linear,
             bends=np.empty((0, u.size)),
             blur=np.zeros(2),
+            perspective=False,
         )
         _, alike, place = self._search(first)
         if alike > MAX_ALIKE or np.abs(place - self._size / 2.0 + 0.5 - [x, y]).max() > 1.0:
@@ -409,3 +428,16 @@ class Template(Holder):
         away = self._size // 2
         found[max(row - away[1], 0) : row + away[1] + 1, max(column - away[0], 0) : column + away[0] + 1] = 0.0
         return best, float(found.max()) / best, np.array([column, row]) + 0.5 * (self._size - 1.0)
+
+
+def holder_of(folder: Path, entries: Entries) -> Holder:
+    """Prepare what is followed of the gripper, as it is found in pictures.
+
+    Raises InvalidInputError: no such marker, or a template that does not stand out in the film's first frame.
+    """
+    described = entries.gripper.holder
+    if isinstance(described, MarkerEntry):
+        return Marker(described.dictionary, described.id)
+    timestamps = None if entries.timestamps is None else folder / entries.timestamps
+    with video.read(folder / entries.video, timestamps) as film:
+        return Template(next(film).image, described.box)

@@ -450,22 +450,10 @@ def denoised(values):
 def follow(image, curve, offset, ends, width, contrast, sizes, scores, bright, layers, cutoff, widest):
     """Measure a strip near a curve, in place; see :func:`.line.follow`.
 
-    Parameters
-    ----------
-    image
-        Grey values.
-    curve, offset
-        Places of the sections, shape (n, 2), and how far along its normal the strip roughly is from each, pixels.  The
-        curve becomes that of the strip.
-    ends
-        Shape (2, 2): where its first and last points are.
-    width, contrast, sizes
-        Of the strip on each section: its width, which is updated, its contrast, which is, too, and the rounded width.
-    scores
-        Result, shape (n,).
-    bright, layers, cutoff, widest
-        Whether the strip is; distances along it of another layer, in the search and beside it, and the cut-off of the
-        smoothing, spacings; its largest width, pixels.
+    ``curve``, shape (n, 2), pixels, becomes that of the strip, which is roughly ``offset`` away along the normals; its
+    first and last points are at ``ends``, shape (2, 2).  ``width`` and ``contrast`` of the strip on each section are
+    updated, ``sizes`` are the rounded widths, ``scores`` the result.  ``layers``: distances along the strip of another
+    layer, in the search and beside it, spacings, as the ``cutoff`` of the smoothing; ``widest``: largest width, pixels.
 
     Returns the share of the sections in view that were measured, negative where hardly any was, and the longest hidden
     part.

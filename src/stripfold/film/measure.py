@@ -8,26 +8,24 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from math import hypot, isfinite, nan
+from math import hypot, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
 
-from stripfold import elastica
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import MeasurementError
-from stripfold.base.material import Material
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows
 from stripfold.film import eta_motion, fitted, snap
 from stripfold.film import recording as recordings
 from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.clock import Clock, read_log, synchronise
-from stripfold.film.eta_motion import MotionEtaB
+from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
-from stripfold.film.recording import MAX_HEIGHT_ERROR, NAME, Entries, ManualOnset, Recording, middle_speed, other_unit
+from stripfold.film.recording import ManualOnset, Recording, compare
 from stripfold.film.snap import Landed, Speed
 from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Tracks, track
 
@@ -40,13 +38,6 @@ PARTS = ("level", "frames", "mapping", "gripper", "clock", "flat_end", "offset",
 synchronisation of the clocks, described flat end and offset, onset set by hand."""
 WARNING, NOTE = "warning", "note"
 """Severities of a flag: the value or its interval is affected; for information."""
-MAX_FLAT_END_ERROR = 0.08
-"""Largest difference between measured and described ``flat_end``, as a share of the strip's length: of tight bends a
-low camera sees the inner side, which is shorter, and the middle of a wide strip lies behind the folding plane."""
-MAX_SPEED_RATIO = 5.0
-"""Described speed over that of the film, or the reverse, from which on a unit must be wrong."""
-MIN_ADVANCE = 0.002
-"""Least motion of the gripper that has a direction, m."""
 DRAWS = 200
 """Samples of the mapping."""
 SEED = 20180601
@@ -80,42 +71,6 @@ def half_width(share: float) -> float:
 
 SD_95 = 1.0 / half_width(0.95)
 """Standard deviation over half the width of a 95 % interval."""
-
-
-@dataclass(frozen=True)
-class ModelValue:
-    """lambda_c of the elastica at the described height, m; nan where the sag touches the lower layer before a snap.
-
-    ``without_friction``, ``low``, ``high``: the value, and its 95 % interval from that of eta_b; nan where none was
-    given.  ``with_friction``: with the fabric's friction to first order, see :func:`.elastica.friction_delay`; nan
-    where none was given.
-    """
-
-    without_friction: float
-    low: float
-    high: float
-    with_friction: float
-
-
-def model_value(entries: Entries) -> ModelValue:
-    """The model's lambda_c for a recording's strip and height."""
-    strip, height = entries.strip, entries.gripper.height
-
-    def lambda_c(eta_b: float) -> float:
-        unit = Material(eta_b).gravity_length
-        return elastica.critical(height / unit).advance * unit
-
-    value, low, high, with_friction = lambda_c(strip.eta_b), nan, nan, nan
-    if strip.eta_b_interval is not None:
-        ends = [lambda_c(eta_b) for eta_b in strip.eta_b_interval]
-        if all(map(isfinite, (value, *ends))):
-            low, high = sorted(ends)
-    if strip.friction_moment is not None and strip.rho_a is not None:
-        material = Material(strip.eta_b)
-        unit = material.gravity_length
-        moment = strip.friction_moment / (strip.rho_a * material.gravity * unit**2)
-        with_friction = value + elastica.friction_delay(height / unit) * moment * unit
-    return ModelValue(value, low, high, with_friction)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -407,58 +362,6 @@ def _evaluate(
         flags=tuple(sorted(flags, key=lambda flag: flag.severity != WARNING)),
         manual="" if manual is None else manual.reason,
     )
-
-
-def compare(entries: Entries, tracks: Tracks) -> None:
-    """Refuse a description that the film contradicts; lambda would be wrong.
-
-    Raises MeasurementError: the gripper's height, direction or speed, or the place of the flat strip, are not as
-    described.
-    """
-    gripper = entries.gripper
-    z = float(np.median(tracks.gripped_end[tracks.gripper.tracked, 1]))
-    _agree(
-        abs(z - gripper.height) <= MAX_HEIGHT_ERROR * gripper.height,
-        f"gripper.height = {gripper.height:g} m, the video shows {z:.4f} m",
-        f"a height within {MAX_HEIGHT_ERROR:.0%} of the description",
-        other_unit(gripper.height, z)
-        or "is z of the robot 0 on the table, and the offset of gripper.marker or template right?",
-    )
-    first, last = tracks.gripped_end[[0, -1], 0]
-    _agree(
-        gripper.direction * (last - first) > -MIN_ADVANCE,
-        f"gripper.direction = {gripper.direction}, in the video x of the gripper goes from {first:.3f} to {last:.3f} m",
-        "a gripper that advances in its direction",
-        "change the direction; or has x a wrong sign in the table of the robot grid?",
-    )
-    speed = middle_speed(tracks.grip_time, tracks.gripped_end[:, 0])
-    _agree(
-        abs(last - first) < MIN_ADVANCE or 1.0 / MAX_SPEED_RATIO < speed / gripper.speed < MAX_SPEED_RATIO,
-        f"gripper.speed = {gripper.speed:g} m/s, the video shows {speed:.2g} m/s",
-        "about the described speed",
-        other_unit(gripper.speed, speed) or "are the times of the frames in s?",
-    )
-    found = flat_end(entries, tracks)
-    _agree(
-        abs(found - gripper.flat_end) <= MAX_FLAT_END_ERROR * entries.strip.length,
-        f"gripper.flat_end = {gripper.flat_end:g} m, by the lying part in the video it was at {found:.3f} m",
-        f"a difference of at most {MAX_FLAT_END_ERROR:.0%} of the strip's length",
-        other_unit(gripper.flat_end, found) or "is it x of the robot at the near end of the flat strip, with its sign?",
-    )
-
-
-def flat_end(entries: Entries, tracks: Tracks) -> float:
-    """x of the gripped end while the strip lay flat, m: the last point of the lying part less its arc length.
-
-    It is too far ahead by what the bends are seen too short, 1 to 3 % of the length.
-    """
-    far = float(np.nanmedian(tracks.points[:, -1, 0]))
-    return far - entries.gripper.direction * float(tracks.stations[-1])
-
-
-def _agree(holds: bool, found: str, needed: str, advice: str) -> None:
-    if not holds:
-        raise MeasurementError(NAME, found, needed, advice)
 
 
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:

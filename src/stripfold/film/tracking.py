@@ -16,11 +16,12 @@ from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import MeasurementError, TrackingError
 from stripfold.base.percent import Percent
 from stripfold.film import camera_motion, video
-from stripfold.film.calibration import Calibration, holder
+from stripfold.film.calibration import Calibration
 from stripfold.film.camera import Mapping
 from stripfold.film.camera_motion import Shift
 from stripfold.film.decoding import CHANNELS
 from stripfold.film.gripper import Grip, GripperTracker, Track, interpolate_gaps, repeated
+from stripfold.film.holder import holder_of
 from stripfold.film.line import Centreline, Followed, between_ends, find, follow, with_appearance
 from stripfold.film.line_kernels import GOOD, arc_length
 from stripfold.film.recording import Recording
@@ -135,7 +136,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     path = recording.video
     mapping = calibration.mapping
     offset = np.array(recording.entries.gripper.holder.offset)
-    follow_gripper = GripperTracker(holder(recording.folder, recording.entries), path.name)
+    follow_gripper = GripperTracker(holder_of(recording.folder, recording.entries), path.name)
     follow_strip = StripTracker(mapping, recording.entries.strip.length, path.name)
     grips: list[Grip] = []
     lines: list[Centreline | None] = []

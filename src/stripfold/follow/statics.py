@@ -84,7 +84,7 @@ class StripModel:
             return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements)
         from stripfold.strip.reference import Reference  # scikit-fem takes longer to import than many a run
 
-        options = {"order": self.order, "across": self.across, "law": self.law}
+        options: dict[str, Any] = {"order": self.order, "across": self.across, "law": self.law}
         return Reference.of(self.length, self.thickness, nu=self.nu, elements=elements, **options)
 
 

@@ -196,7 +196,7 @@ def set_in_motion(before: BranchPoint, at: BranchPoint, speed: float, model: Mod
     """A static state on a fixed mesh, at the rate at which the strip moves from the state before to this one."""
     lam = at.point.lam
     held = at.problem.accepted(at.point.q).at(at.contact)
-    problem = StripProblem(model, at.problem.motion, held.on(model))
+    problem = StripProblem(model, at.problem.motion, tuple(effect.on(held.model, model) for effect in held.effects))
     lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s >= at.contact[-1], 1])]
     q, q_before = (state.model.resampled(state.u, model.s) for state in (at, before))
     state = newton.solve(problem, q, lam, lies, options=ROBUST_NEWTON)

@@ -63,13 +63,9 @@ class Effect(ABC):
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """The effect after an accepted step to ``q``."""
 
-
-class MovableEffect(Effect):
-    """An effect whose elements move along the strip, ``model``, with its contact."""
-
-    @abstractmethod
     def on(self, before: Model, model: Model) -> Self:
         """The effect with its memory, on ``before``, on other elements of the same strip."""
+        raise NotImplementedError(f"{type(self).__name__} stays on its elements")
 
     def carried_over(self, q: Array, model: Model) -> Self:
         """The effect in a state ``q`` on other elements, where its moments, if any, are held until :meth:`let_go`."""
@@ -112,7 +108,7 @@ class Directors:
         return np.asarray(turns)
 
 
-class ElementMoments(MovableEffect):
+class ElementMoments(Effect):
     """A moment in each element that depends on its mean curvature: bending laws and bending friction."""
 
     directors: Directors

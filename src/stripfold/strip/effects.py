@@ -1,7 +1,7 @@
 """Forces on a strip besides its linear elasticity, weight and floor: bending laws, friction, self-contact."""
 
 from stripfold.strip.bending_law import BendingLaw, MomentCurvature, split_loop
-from stripfold.strip.effect import Effect, MovableEffect, Reaction
+from stripfold.strip.effect import Effect, Reaction
 from stripfold.strip.hysteresis import Hysteresis
 from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.pull import Pull
@@ -12,7 +12,6 @@ __all__ = [
     "Hysteresis",
     "LayerFriction",
     "MomentCurvature",
-    "MovableEffect",
     "Pull",
     "Reaction",
     "split_loop",

@@ -21,7 +21,7 @@ from stripfold.base.errors import NewtonError
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 from stripfold.strip.contact_mesh import ContactMesh
-from stripfold.strip.effects import MovableEffect
+from stripfold.strip.effect import Effect
 from stripfold.strip.model import Model
 from stripfold.strip.problem import Motion, StripProblem, TwoGrippers
 
@@ -36,49 +36,6 @@ KEPT_MESHES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class _Mesh:
-    """The strip with one value of the contact coordinates."""
-
-    mesh: ContactMesh
-    contact: Array
-    motion: Motion
-    remembered: tuple[Model | None, tuple[MovableEffect, ...]]
-
-    @cached_property
-    def model(self) -> Model:
-        return self.mesh.at(self.contact)
-
-    @cached_property
-    def effects(self) -> tuple[MovableEffect, ...]:
-        """The effects on these elements."""
-        model, effects = self.remembered
-        return effects if model is None else tuple(effect.on(model, self.model) for effect in effects)
-
-    @cached_property
-    def growth(self) -> Array:
-        """Of the elements: see :meth:`.ContactMesh.growth`."""
-        return self.mesh.growth(self.contact)
-
-    @cached_property
-    def weight(self) -> tuple[Array, Array]:
-        """See :meth:`.ContactMesh.weight`."""
-        return self.mesh.weight(self.contact)
-
-    @cached_property
-    def problem(self) -> StripProblem:
-        """The same strip with contact at its nodes."""
-        return StripProblem(self.model, self.motion, self.effects)
-
-    def on(self, model: Model) -> tuple[MovableEffect, ...]:
-        """The effects on other elements of the same strip."""
-        return tuple(effect.on(self.model, model) for effect in self.effects)
-
-    def carried_over(self, u: Array, model: Model) -> tuple[MovableEffect, ...]:
-        """The effects in a state on other elements of the same strip, with held moments."""
-        return tuple(effect.carried_over(u, model) for effect in self.effects)
-
-
-@dataclass(frozen=True, eq=False)
 class MovingContact:
     """A strip on the floor whose contact coordinates are the last unknowns, after those of its model.
 
@@ -87,9 +44,9 @@ class MovingContact:
 
     mesh: ContactMesh
     motion: Motion
-    effects: tuple[MovableEffect, ...] = ()
+    effects: tuple[Effect, ...] = ()
     remembered: Array | None = None
-    _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
+    _meshes: OrderedDict[bytes, StripProblem] = field(init=False, repr=False, default_factory=OrderedDict)
     _linearised: dict[bytes, tuple[Array, Bordered]] = field(init=False, repr=False, default_factory=dict)
     """Of the last state, without a predicted stress."""
 
@@ -154,26 +111,28 @@ class MovingContact:
             np.put_along_axis(rows, unknowns, directors.factor[elements, 0], axis=1)
         return rows
 
-    def at(self, contact: Array) -> _Mesh:
-        """The strip with these contact coordinates."""
+    def at(self, contact: Array) -> StripProblem:
+        """The strip with these contact coordinates, its effects on these elements, with the floor as a bound."""
         key = contact.tobytes()
         if key not in self._meshes:
-            self._meshes[key] = _Mesh(self.mesh, contact.copy(), self.motion, self._remembered)
+            model, before, effects = self.mesh.at(contact), self._remembered, self.effects
+            if before is not None:
+                effects = tuple(effect.on(before, model) for effect in effects)
+            self._meshes[key] = StripProblem(model, self.motion, effects)
             if len(self._meshes) > KEPT_MESHES:
                 self._meshes.popitem(last=False)
         self._meshes.move_to_end(key)
         return self._meshes[key]
 
     @cached_property
-    def _remembered(self) -> tuple[Model | None, tuple[MovableEffect, ...]]:
-        """The strip on which the effects are, None for any, and the effects."""
-        return None if self.remembered is None else self.mesh.at(self.remembered), self.effects
+    def _remembered(self) -> Model | None:
+        """The strip on which the effects are; None for any."""
+        return None if self.remembered is None else self.mesh.at(self.remembered)
 
     def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
         """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""
         u, contact = q[: self.n], self.contact(q)
-        mesh = self.at(contact)
-        effects = tuple(effect.committed(u, mesh.problem.reaction) for effect in mesh.effects)
+        effects = self.at(contact).accepted(u).effects
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
 
     @property
@@ -186,7 +145,7 @@ class MovingContact:
         return replace(self, effects=effects) if effects else self
 
     def let_go(self, q: Array) -> MovingContact:
-        """The problem in a state ``q`` with moments that were held: see :meth:`.MovableEffect.carried_over`."""
+        """The problem in a state ``q`` with moments that were held: see :meth:`.Effect.carried_over`."""
         u, contact = q[: self.n], self.contact(q)
         effects = tuple(effect.let_go(u) for effect in self.at(contact).effects)
         return MovingContact(self.mesh, self.motion, effects, contact.copy())
@@ -233,9 +192,10 @@ class MovingContact:
         return np.concatenate([force, self._sign * equations])
 
     def residual(self, q: Array, lam: float) -> Array:
-        u, mesh = q[: self.n], self.at(q[self.n :])
-        force = mesh.model.internal_force(u) + mesh.weight[0]
-        for effect in mesh.effects:
+        u, contact = q[: self.n], q[self.n :]
+        strip = self.at(contact)
+        force = strip.model.internal_force(u) + self.mesh.weight(contact)[0]
+        for effect in strip.effects:
             effect.add(u, force)
         return self._with_equations(q, force)
 
@@ -266,12 +226,11 @@ class MovingContact:
 
     def _assembled(self, q: Array, predicted_stress: Array | None) -> tuple[Array, Bordered]:
         u, contact = q[: self.n], q[self.n :]
-        mesh = self.at(contact)
-        force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
-        weight, weight_columns = mesh.weight
+        strip, growth, (weight, weight_columns) = self.at(contact), self.mesh.growth(contact), self.mesh.weight(contact)
+        force, tangent, columns = strip.model.force_and_derivatives(u, growth, predicted_stress)
         force, columns = force + weight, columns + weight_columns
-        for effect in mesh.effects:
-            effect.add(u, force, tangent, mesh.growth, columns.T)
+        for effect in strip.effects:
+            effect.add(u, force, tangent, growth, columns.T)
         rows, corner = np.array([tangent.row(j) for j in self._released]).reshape(-1, self.n), columns[self._released]
         rows[self.points], corner[self.points] = self._upright, 0.0
         if self.gripped is not None:
@@ -284,12 +243,11 @@ class MovingContact:
         u, contact, change = q[: self.n], q[self.n :], dq[self.n :]
         if self.mesh.parts(contact + change).min() <= 0.0:
             raise NewtonError("the step ends with a part of negative length", residuals=[])
-        mesh = self.at(contact)
-        return q + dq, mesh.model.predict_stress(u, dq[: self.n], change @ mesh.growth)
+        return q + dq, self.at(contact).model.predict_stress(u, dq[: self.n], change @ self.mesh.growth(contact))
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
-        shorter = -(dq[self.n :] @ self.at(self.contact(q)).growth).min()
+        shorter = -(dq[self.n :] @ self.mesh.growth(self.contact(q))).min()
         most = float(shorter) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
         return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
 
@@ -310,7 +268,7 @@ class MovingContact:
 
     def on_mesh(self, point: Point) -> tuple[StripProblem, Point]:
         """A state as one of the model at its contact coordinates: what it solves, and the point."""
-        problem = self.at(self.contact(point.q)).problem
+        problem = self.at(self.contact(point.q))
         u = point.q[: self.n]
         floor = np.intersect1d(self.prescribed, problem.bounded)
         state = Equilibrium(u, point.lam, floor, point.state.residuals, problem.residual(u, point.lam))

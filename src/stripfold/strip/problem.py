@@ -7,7 +7,8 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,22 +128,25 @@ class StripProblem(FixedUnknowns):
     motion: Motion
     effects: tuple[Effect, ...] = ()
     self_contact: SelfContact | None = None
-    prescribed: Index = field(init=False)
-    bounded: Index = field(init=False)
-    lower: Array = field(init=False)
-    metric: Array = field(init=False)
 
-    def __post_init__(self) -> None:
-        middle = self.model.middle
-        set_ = object.__setattr__
-        set_(self, "prescribed", np.concatenate([self.motion.grasped(self.model), middle[-1]]))
-        candidates = np.setdiff1d(middle[:, 1], self.prescribed)
-        set_(self, "bounded", candidates)
-        set_(self, "lower", np.zeros(len(candidates)))
-        metric = np.zeros(self.model.size)
-        # Mid-surface displacement, integrated over the strip, per typical free length of four L*.
-        metric[middle[:, 0]] = metric[middle[:, 1]] = np.gradient(self.model.s) / 4.0
-        set_(self, "metric", metric)
+    @cached_property
+    def prescribed(self) -> Index:
+        return np.concatenate([self.motion.grasped(self.model), self.model.middle[-1]])
+
+    @cached_property
+    def bounded(self) -> Index:
+        return np.setdiff1d(self.model.middle[:, 1], self.prescribed)
+
+    @cached_property
+    def lower(self) -> Array:
+        return np.zeros(len(self.bounded))
+
+    @cached_property
+    def metric(self) -> Array:
+        """Mid-surface displacement, integrated over the strip, per typical free length of four L*."""
+        metric = np.zeros(self.size)
+        metric[self.model.middle] = np.gradient(self.model.s)[:, None] / 4.0
+        return metric
 
     @property
     def size(self) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band
-from stripfold.strip.effect import MovableEffect, Reaction
+from stripfold.strip.effect import Effect, Reaction
 from stripfold.strip.model import NONE, Model
 
 MOVE = 1e-6
@@ -21,7 +21,7 @@ MOVE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Pull(MovableEffect):
+class Pull(Effect):
     """Adds ``k_f M (q - q_prev)`` to the residual, M the mass matrix of the model.
 
     ``model``: the strip.  ``k_f``: force per displacement and mass, g/L*; >= 0.  ``q_prev``: the last accepted state,

@@ -8,7 +8,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from verification.second_generator.camera import FINE, FULL, Array, Camera, Canvas, polygons, sheet
+from verification.films.second.camera import FINE, FULL, Array, Camera, Canvas, polygons, sheet
 
 CELLS, CELL = 8, 16
 """Cells of the marker's card along its side with the white rim, and pixels of a cell."""

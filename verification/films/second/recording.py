@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 import yaml
 
-from verification.second_generator.camera import Array, Camera, Light, exposed
-from verification.second_generator.chain import STEP, Chain, Hinges, critical
-from verification.second_generator.picture import Look, Studio
+from verification.films.second.camera import Array, Camera, Light, exposed
+from verification.films.second.chain import STEP, Chain, Hinges, critical
+from verification.films.second.picture import Look, Studio
 
 GRAVITY = 9.81
 LENGTH = 15.0
