@@ -26,7 +26,7 @@ FILM = ("line_kernels",)
 
 def load() -> None:
     """Load all modules, and compile those that are not in the cache: what is installed is complete after that."""
-        for name in MODULES:
+    for name in MODULES:
         import_module(f"{__name__}.{name}")
     for name in FILM:
         import_module(f"stripfold.film.{name}")
