@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -15,12 +17,117 @@ import numpy as np
 import pytest
 
 import stripfold
+from oracles.kernels import RodReference, SolidReference
 from stripfold import kernels
 from stripfold.solve.linear import Band
+from stripfold.strip.model import Model
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
+
+ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
+MODELS = {
+    "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
+    "solid": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS),
+}
 
 
 def close(found: np.ndarray, expected: np.ndarray) -> None:
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.fixture(params=MODELS)
+def both(request: pytest.FixtureRequest) -> tuple[Model, RodReference | SolidReference, list[np.ndarray]]:
+    """A strip, its reference, and three of its states."""
+    model = MODELS[request.param]()
+    rng = np.random.default_rng(4)
+    states = [0.1 * rng.standard_normal(model.size) for _ in range(3)]
+    return model, RodReference(model) if isinstance(model, Rod) else SolidReference(model), states
+
+
+@pytest.mark.parametrize("with_stress", [False, True])
+def test_force_and_tangent(both, with_stress):
+    model, reference, (q0, q1, dq) = both
+    stress = reference.predict_stress(q0, dq) if with_stress else None
+    force, tangent = model.force_and_tangent(q1, stress)
+    expected = reference.force_and_tangent(q1, stress)
+    close(force, expected[0])
+    close(tangent.flat, expected[1].flat)
+    close(model.internal_force(q1), expected[0])
+
+
+@pytest.mark.parametrize("with_stress", [False, True])
+@pytest.mark.parametrize("kappa", [0.0, 0.7])
+def test_force_over_a_step(both, kappa, with_stress):
+    model, reference, (q0, q1, dq) = both
+    stress = reference.predict_stress(q0, dq) if with_stress else None
+    force, tangent = model.force_over_step(q0, q1, kappa, stress)
+    expected = reference.force_over_step(q0, q1, kappa, stress)
+    close(force, expected[0])
+    close(tangent.flat, expected[1].flat)
+
+
+def test_stress_energy_and_distance(both):
+    model, reference, (q0, q1, dq) = both
+    stress = model.predict_stress(q0, dq)
+    close(stress, reference.predict_stress(q0, dq))
+    assert model.energy(q0) == pytest.approx(reference.energy(q0), rel=1e-13)
+    assert model.strain_distance(q0, q1) == pytest.approx(reference.strain_distance(q0, q1), rel=1e-13)
+
+
+def with_growth(model: Model, growth: np.ndarray) -> Model:
+    """The strip with its elements longer by these shares."""
+    ends = model.ends[0] + np.append(0.0, np.cumsum(np.diff(model.ends) * (1.0 + growth)))
+    return model.with_ends(ends)
+
+
+def reference_of(model: Model) -> RodReference | SolidReference:
+    return RodReference(model) if isinstance(model, Rod) else SolidReference(model)
+
+
+@pytest.mark.parametrize("with_stress", [False, True])
+@pytest.mark.parametrize("thickness", [1e-3, 1e-2, 0.06])
+@pytest.mark.parametrize("name", MODELS)
+def test_derivatives_by_lengths(name, thickness, with_stress):
+    """Against differences over strips with longer elements, the stress changed by what the strain's is."""
+    model = replace(MODELS[name](), thickness=thickness) if name == "rod" else None
+    model = model or Solid.of(2.0, thickness, nu=0.3, elements=ENDS)
+    rng = np.random.default_rng(6)
+    q, dq, zero = 0.1 * rng.standard_normal(model.size), 0.1 * rng.standard_normal(model.size), np.zeros(model.size)
+    growth = rng.standard_normal((2, len(ENDS) - 1))
+    here = reference_of(model)
+    stress = here.predict_stress(q, dq) if with_stress else None
+    force, tangent, columns = model.force_and_derivatives(q, growth, stress)
+    expected = model.force_and_tangent(q, stress)
+    np.testing.assert_array_equal(force, expected[0])
+    np.testing.assert_array_equal(tangent.flat, expected[1].flat)
+    step = 1e-4
+    for column, by in zip(columns.T, growth, strict=True):
+        forces = []
+        for sign in (1.0, -1.0):
+            there = reference_of(with_growth(model, sign * step * by))
+            more = 0.0 if stress is None else stress - here.predict_stress(q, zero)
+            if isinstance(model, Rod):
+                # The weights of the membrane strains are proportional to the length.
+                more = more * np.where(np.arange(9) < 3, 1.0 + sign * step * by[:, None], 1.0)
+            forces.append(there.force_of(q, there.predict_stress(q, zero) + more))
+        difference = (forces[0] - forces[1]) / (2.0 * step)
+        np.testing.assert_allclose(column, difference, rtol=0.0, atol=1e-6 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_stress_predicted_in_longer_elements(name):
+    """Its error is the square of the step, in the unknowns and in the lengths."""
+    model = MODELS[name]()
+    rng = np.random.default_rng(7)
+    q, dq, growth = 0.1 * rng.standard_normal(model.size), rng.standard_normal(model.size), rng.standard_normal(7)
+    apart = []
+    for step in (1e-3, 5e-4):
+        predicted = model.predict_stress(q, step * dq, step * growth)
+        there = reference_of(with_growth(model, step * growth))
+        true = there.predict_stress(q + step * dq, np.zeros(model.size))
+        # Of each strain, or each component in each point: the membrane's stress is much the largest.
+        apart.append(np.abs(predicted - true).reshape(len(true), -1).max(axis=0))
+    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.05)
 
 
 def banded(n: int, width: int, shift: float) -> np.ndarray:
@@ -120,6 +227,18 @@ def kept(folder: Path) -> list[Path]:
     return [path for path in folder.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")]
 
 
+def test_the_cache_is_used_until_any_kernel_changes(copied):
+    # Processes that compile at once do not disturb each other.
+    with ThreadPoolExecutor() as pool:
+        assert len(list(pool.map(compile_in, 3 * [copied]))) == 3
+    assert compile_in(copied) == (2, "")
+    with (copied / "stripfold" / "kernels" / "compiler.py").open("a") as file:
+        file.write("# changed\n")
+    hits, said = compile_in(copied)
+    assert hits == 0
+    assert said.count("compiling, once") == 1
+
+
 @pytest.fixture(scope="module")
 def compiled_package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = copy_package(tmp_path_factory.mktemp("compiled"))
@@ -137,10 +256,23 @@ def each(change: Callable[[bytes], bytes]) -> Callable[[list[Path]], None]:
     return lambda files: [path.write_bytes(change(path.read_bytes())) for path in files]
 
 
+def swap(files: list[Path]) -> None:
+    """Give the files of each kind to the other kernel."""
+    for suffix in {path.suffix for path in files}:
+        first, second = (path for path in files if path.suffix == suffix)
+        content = first.read_bytes()
+        first.write_bytes(second.read_bytes())
+        second.write_bytes(content)
+
+
 @pytest.mark.parametrize(
     "damage",
     [
+        pytest.param(each(lambda content: b""), id="emptied"),
+        pytest.param(each(lambda content: content[: len(content) // 2]), id="halved"),
+        pytest.param(each(lambda content: b"\x80garbage" * 99), id="garbage"),
         pytest.param(each(lambda content: content[:-99] + b"\0" + content[-98:]), id="one byte"),
+        pytest.param(swap, id="swapped"),
         pytest.param(replace_by_folders, id="folders"),
     ],
 )
