@@ -60,27 +60,6 @@ def test_a_strip_is_checked_and_frozen():
         STRIP.length = 1.0  # type: ignore[misc]
 
 
-@pytest.mark.parametrize(
-    ("ask", "advice"),
-    [
-        (
-            lambda **given: SHORT.assess(sf.paths.triangular(SHORT), **given),
-            "friction_moment (M_0, N) or pull (k_f,",
-        ),
-        (lambda **given: SHORT.map(**given), "friction is now called friction_moment (M_0, N)"),
-        (lambda **given: SHORT.plan(**given), "friction is now called friction_moment (M_0, N)"),
-        (lambda **given: inputs.PathInputs(length=0.36, eta_b=3780, **given), "pull (k_f, s^-2)"),
-    ],
-)
-def test_a_former_name_is_refused_with_the_present_one(ask, advice):
-    with pytest.raises(sf.InvalidInputError) as caught:
-        ask(friction=1e-4)
-    assert caught.value.key == "friction"
-    assert advice in str(caught.value)
-    with pytest.raises(sf.InvalidInputError, match=r"hysteresis is now called friction_moment \(M_0, N\)"):
-        ask(hysteresis=1e-4)
-
-
 def test_former_classes_say_what_to_give():
     with pytest.raises(AttributeError, match="give friction_moment, M_0 in N"):
         sf.Hysteresis  # noqa: B018

@@ -20,7 +20,7 @@ from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import CalibrationError, InvalidInputError
 from stripfold.film import calibration, camera_motion, recording
 from stripfold.film.boards import Board, detect
-from stripfold.film.calibration import Calibration, Stops, View, assemble, calibrate_folder, find_stops
+from stripfold.film.calibration import Calibration, View, assemble, calibrate_folder, find_stops
 from stripfold.film.camera import read_camera
 from stripfold.film.gripper import Track
 from stripfold.film.holder import Marker
@@ -168,47 +168,6 @@ def test_predicted_spread_is_the_true_error(corner: float, place: float, camera:
     assert 0.8 < np.sqrt(np.mean(np.square(normalised))) < 1.25
 
 
-def placed(change: Callable[[Array], Any]) -> Callable[[Stops], Stops]:
-    return lambda stops: stops._replace(places=np.array(change(stops.places)))
-
-
-def one_moved(places: Array) -> Array:
-    return places + np.outer(np.arange(len(places)) == 4, [0.0, 0.006])
-
-
-def interchanged(places: Array) -> Array:
-    return places[[0, 5, 2, 3, 4, 1, 6, 7, 8]]
-
-
-def repeated(stops: Stops) -> Stops:
-    return Stops(stops.names[:6], *(values[[0, 1, 2, 0, 1, 2]] for values in stops[1:]))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda stops: Stops(*(values[:5] for values in stops)), "5 stops; needed is 6"),
-        (repeated, "on a line"),
-        (placed(lambda places: places * [1.0, 0.01]), "on a line"),
-        (placed(one_moved), r"^4\.png: a stop 6\.\d mm from"),
-        (
-            placed(lambda places: places * np.where(np.arange(9) == 4, 100.0, 1.0)[:, None]),
-            r"^4\.png: .* decimal point",
-        ),
-        (placed(interchanged), r"a stop \d+\.\d mm from"),
-        (placed(lambda places: places * 1000.0), r"is 1e\+03 m of the robot"),
-        (placed(lambda places: places * 1.05), r"is 1\.05 m of the robot"),
-        (placed(lambda places: places[:, ::-1]), "rotated by 9. degrees"),
-        (placed(lambda places: places * [1.0, -1.0]), "rotated by 1.. degrees"),
-    ],
-)
-def test_robot_grids_that_are_refused(change: Callable[[Stops], Stops], message: str) -> None:
-    random = np.random.default_rng(8)
-    stops = change(seen.stops(0.05, 1e-4, random))
-    with pytest.raises(CalibrationError, match=message):
-        assemble(seen.LENS, seen.plane_board(0.05, random), stops, seen.SIDE)
-
-
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Entries]:
     folder = tmp_path_factory.mktemp("recording")
@@ -279,9 +238,6 @@ def test_a_picture_outside_the_folder(tmp_path: Path, name: str) -> None:
     (folder / "robot.csv").write_text(f"image,x,z\n{name},0,1\n", encoding="utf-8")
     with pytest.raises(InvalidInputError, match="inside the recording's folder"):
         find_stops(folder, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
-
-
-Change = Callable[[np.ndarray], np.ndarray]
 
 
 DESCRIBED = {"chessboard": seen.CHESS, "charuco": seen.CHARUCO}
@@ -355,26 +311,6 @@ def test_the_wrong_board_is_recognised(
     assert reason not in told.out
     assert "needed is" not in told.out
     assert not path.exists()
-
-
-@pytest.mark.parametrize(
-    ("name", "change", "text"),
-    [
-        ("charuco", lambda picture: picture[:, ::-1], "mirrored"),
-        ("chessboard", lambda picture: picture[::2, ::2], "from another camera"),
-        ("chessboard", lambda picture: np.pad(picture[:, 230:], ((0, 0), (0, 230)), mode="edge"), "cut by the border"),
-        ("chessboard", lambda picture: np.full_like(picture, 90), "no board"),
-    ],
-)
-def test_a_picture_that_does_not_fit_is_named(
-    name: str, change: Change, text: str, folders: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for path in folders[name].iterdir():
-        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        cv2.imwrite(str(tmp_path / path.name), change(picture) if path.stem == "0" else picture)
-    cli.main(["calibrate", str(tmp_path), *words(DESCRIBED[name]), "--output", str(tmp_path / "camera.yaml")])
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("0.png")]
-    assert text in line
 
 
 SIZE = 400, 300

@@ -162,16 +162,6 @@ def test_folder_without_a_recording_is_refused(tmp_path: Path) -> None:
             recording.read(folder)
 
 
-@pytest.mark.parametrize(("key", "value"), [("event_time", 1e300), ("sd", 1e300), ("sd", 0.0)])
-def test_impossible_onset_by_hand(tmp_path: Path, key: str, value: float) -> None:
-    folder = write(tmp_path / "one", ENTRIES)
-    onset = {"event_time": 1.5, "sd": 0.01, "reason": "seen"} | {key: value}
-    (folder / recording.ManualOnset.file_name).write_text(yaml.safe_dump(onset), encoding="utf-8")
-    with pytest.raises(InvalidInputError) as caught:
-        recording.read(folder)
-    assert caught.value.key == f"manual_onset.yaml.{key}"
-
-
 Made = tuple[Recording, Calibration, Tracks]
 
 

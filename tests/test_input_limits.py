@@ -26,7 +26,8 @@ NO_NUMBERS = (nan, inf, -inf, "0.5", "", True, [1.0], {}, 1j, 10**400)
 def models() -> list[type[Input]]:
     """All input models of the package."""
     for module in pkgutil.walk_packages(stripfold.__path__, "stripfold."):
-        if not module.name.endswith("__main__"):
+        # Kernels have no inputs, and would be compiled.
+        if not module.name.endswith("__main__") and ".kernels." not in module.name:
             import_module(module.name)
 
     def below(model: type[Input]) -> Iterator[type[Input]]:

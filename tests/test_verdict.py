@@ -73,25 +73,6 @@ def test_a_low_path_pushes_as_the_elastica() -> None:
 @pytest.mark.parametrize(
     "rows",
     [
-        [(0.0, 0.0), (0.05, 0.0)],
-        [(0.0, 0.0), (0.01, 0.0), (0.02, 0.02)],
-        [(0.0, 0.0), (0.0001, 0.0), (0.0005, 0.005)],
-    ],
-    ids=["drag", "drag and lift", "slide and lift"],
-)
-@pytest.mark.parametrize("law", [{}, {"friction_moment": 1e-5}, {"layer_friction": 0.3}])
-def test_what_begins_on_the_floor_is_refused(tmp_path: Path, rows: Any, law: dict[str, Any]) -> None:
-    strip = sf.Strip(length=LENGTH, eta_b=5000.0)
-    path = sf.paths.read(written(tmp_path / "path.csv", np.array(rows) + START), strip)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(sf.InvalidInputError, match="lifts the end of the strip from its start"):
-            strip.assess(path, model="rod", **law)
-
-
-@pytest.mark.parametrize(
-    "rows",
-    [
         [(0.0, 0.0), (0.0001, 0.02)],
         [(0.0, 0.0), (1e-5, 1e-5)],
         [(0.0, 0.0), (0.02, 1e-9)],

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import cos, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -93,7 +93,7 @@ def run(
     case = replace(USUAL, length=length)
     # Where a strip without friction is lost.
     lost = statics(case, plan_r_path(length).path, 0.0).lam
-    axes = {"disturbance": list(asked), "moment": [0.0, *moments]}
+    axes: dict[str, Sequence[Any]] = {"disturbance": list(asked), "moment": [0.0, *moments]}
     return dataset(grid(partial(_error, asked, length, lost), ("touch_error",), axes, threads, progress))
 
 

@@ -258,7 +258,7 @@ def fold_height(fabric: Fabric) -> float:
         return np.asarray(solve_ivp(rate, (0.0, length), [0.0] * 3, t_eval=at, rtol=1e-8, atol=1e-10).y)
 
     def missed(unknown: Array, of: Fabric) -> Array:
-        return shot(of, *unknown, np.array([unknown[1]]))[:2, -1] - (pi, 0.0)
+        return shot(of, unknown[0], unknown[1], unknown[1:])[:2, -1] - (pi, 0.0)
 
     unknown = np.array([-3.745005, 4.683470])  # force and length of the linear strip's
     for share in SHARES:
@@ -266,7 +266,7 @@ def fold_height(fabric: Fabric) -> float:
         if not found.success or np.abs(found.x - unknown).max() > 1.0:
             raise SolveError(f"no folded state of this law: {found.message}")
         unknown = found.x
-    return unit * float(shot(fabric, *unknown, np.linspace(0.0, unknown[1], 501))[2].max())
+    return unit * float(shot(fabric, unknown[0], unknown[1], np.linspace(0.0, unknown[1], 501))[2].max())
 
 
 def _advance(height: float, refinement: float, fabric: Fabric) -> list[float]:

@@ -77,7 +77,8 @@ def run(
     one = partial(in_time, length_star, thickness, moment, speed)
     timed = grid(one, TIME_NUMBERS, {"mu": coefficients, "time_height": heights}, threads, progress)
     strips = [drawn(number, seed) for number in range(cases)]
-    stable = np.flatnonzero(within(*np.array(strips).T, CURVE, curve[:, 0]))
+    lengths, z, thicknesses = np.array(strips).T
+    stable = np.flatnonzero(within(lengths, z, thicknesses, CURVE, curve[:, 0]))
     on_solid = np.isin(range(cases), stable[:compared])
     rows = pooled(case, list(zip(strips, on_solid, strict=True)), threads, progress)
     return dataset(

@@ -99,8 +99,7 @@ class PathAssessment(Result):
     completed
         Whether the path was followed to its end.
     contact
-        "moving" where the ends of the contact were unknowns in all static states, "nodal" where the contact was found
-        node by node in some.
+        "moving" where the ends of the contact were unknowns, "nodal" where it was found node by node, in a motion.
     failure
         Why the fall, or what comes after it, could not be followed; empty where it could or was not asked for.
     second_gripper

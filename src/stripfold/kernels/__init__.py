@@ -7,7 +7,6 @@ reference, are in ``tests/oracles/kernels.py``.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -27,13 +26,10 @@ FILM = ("line_kernels",)
 
 def load() -> None:
     """Load all modules, and compile those that are not in the cache: what is installed is complete after that."""
-    from stripfold.base.errors import MissingExtraError
-
     for name in MODULES:
         import_module(f"{__name__}.{name}")
-    with suppress(MissingExtraError):
-        for name in FILM:
-            import_module(f"stripfold.film.{name}")
+    for name in FILM:
+        import_module(f"stripfold.film.{name}")
 
 
 def __getattr__(name: str) -> ModuleType:
