@@ -79,7 +79,7 @@ rule recordings:
         f"{BENCHMARKS}/recordings/all.tsv"
     params:
         **calls(
-            "verification.recordings:table",
+            "tasks.recordings:table",
             title="lambda measured in recordings",
             names=[*SYNTHETIC, *REAL],
             materials=MATERIALS,
