@@ -65,7 +65,7 @@ FABRICS = 0.2
 
 def run(
     lengths: Sequence[float] = (12.0, 20.0),
-    moments: Sequence[float] = (0.01, 0.3),
+    moments: Sequence[float] = (0.3, 1.0),
     checked: float = 20.0,
     uncertainty: float = 0.2,
     threads: int = 1,
