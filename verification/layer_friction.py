@@ -50,7 +50,7 @@ OFF = 0.1
 
 
 def run(
-    coefficients: Sequence[float] = (0.0, 0.2, 0.4, 0.6),
+    coefficients: Sequence[float] = (0.0, 0.4),
     shown: float = 0.4,
     long: float = 24.0,
     speeds: Sequence[float] = (0.4,),
