@@ -41,10 +41,9 @@ def test_a_result_draws_itself(name: str, tmp_path: Path):
     assert all(axes.get_xlabel() for axes in figure.axes if axes.axison and axes.get_visible() and axes.lines)
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-def test_a_figure_is_the_same_file_again(suffix: str, tmp_path: Path):
+def test_a_figure_is_the_same_file_again(tmp_path: Path):
     line = ["path", "triangular", "--length", "0.5", "--eta-b", "3780", "--csv", str(tmp_path / "path.csv"), "--quiet"]
-    first, again = (tmp_path / f"{name}.{suffix}" for name in ("first", "again"))
+    first, again = (tmp_path / f"{name}.png" for name in ("first", "again"))
     assert [main([*line, "--plot", str(file)]) for file in (first, again)] == [0, 0]
     assert first.read_bytes() == again.read_bytes()
 
@@ -61,7 +60,7 @@ def test_a_stored_collapse_draws_as_the_one_computed(tmp_path: Path):
     from stripfold.draw import collapse_curve
 
     file = tmp_path / "collapse.nc"
-    made_up.collapse().to_netcdf(file)
+    RESULTS["a collapse"]().to_netcdf(file)
     assert collapse_curve.draw(store.read(file)).axes
 
 

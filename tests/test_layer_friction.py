@@ -45,7 +45,6 @@ class Loose(StripProblem):
     """A strip that nothing holds."""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         object.__setattr__(self, "prescribed", np.zeros(0, dtype=int))
         object.__setattr__(self, "bounded", np.sort(self.model.middle[:, 1]))
         object.__setattr__(self, "lower", np.zeros(len(self.bounded)))

@@ -10,8 +10,7 @@ from scipy.integrate import solve_bvp
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.ask.second_gripper import before_snap, hold, stable_advance
-from stripfold.ask.second_on_path import second_on_path
+from stripfold.ask.second_gripper import before_snap, hold, second_on_path, stable_advance
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material

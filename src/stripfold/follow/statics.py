@@ -309,12 +309,12 @@ class _Follower:
 
     def __post_init__(self) -> None:
         self.add(self.at)
-        self.followed(self.at.lam / self.path.length)
 
     def add(self, *points: BranchPoint) -> None:
         self.points += points
         self.pieces += [self.piece] * len(points)
         self.at = self.points[-1]
+        self.followed(self.at.lam / self.path.length)
 
     def advance(self) -> None:
         """Follow the strip to the end of the piece or another end; a gripper on the floor takes off and lands."""

@@ -115,7 +115,8 @@ def limit_point(
             if at.unbalanced <= NEAR_BALANCE:
                 bend = Tangent(*bordered(-at.free(_second_derivative(problem, q, lam, tangent)), 0.0))
                 if abs(tangent.lam) <= tolerance and at.is_balanced(options):
-                    logger.debug("limit point at lambda = %.9g L*, %d unknowns", lam, problem.size)
+                    said = "limit point at lambda = %.9g L*, %d unknowns, %d iterations"
+                    logger.debug(said, lam, problem.size, len(history) - 1)
                     square = inner(problem.metric, tangent, tangent)
                     unit = Tangent(tangent.q / sqrt(square), tangent.lam / sqrt(square))
                     state = Equilibrium(q, lam, active, tuple(history), at.force)
