@@ -299,8 +299,12 @@ def size_of_fall(before: StripState, fall: Sequence[StripState]) -> tuple[float,
     (critical, point), (problem, first), (_, last) = before, fall[0], fall[-1]
     s = problem.model.s
     drop = critical.model.resampled_mid_surface(point.q, s) - problem.model.mid_surface(last.q)
-    pushes = [float(grip_and_hold(problem, at)[0] @ problem.motion.rates(at.lam)) for at in (first, last)]
-    work = pushes[0] * (point.lam - first.lam) + pushes[1] * (last.lam - point.lam)
+    here, begin, end = (
+        float(grip_and_hold(each, at)[0] @ each.motion.rates(at.lam))
+        for each, at in ((critical, point), (problem, first), (problem, last))
+    )
+    # Near a limit point the push changes with the root of the distance from it.
+    work = (here / 3.0 + 2.0 * begin / 3.0) * (point.lam - first.lam) + end * (last.lam - point.lam)
     return float(drop[:, 1].max()), sum(problem.energies(first.q)) - sum(problem.energies(last.q)) + work
 
 
