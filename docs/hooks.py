@@ -16,7 +16,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parents[1]
-SHOWN = ("figures/*.png", "figures/*.mp4", "figures/*.html", "examples/*.py")
+SHOWN = ("figures/*.png", "figures/*.gif", "figures/*.mp4", "figures/*.html", "examples/*.py")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
