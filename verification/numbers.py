@@ -108,7 +108,7 @@ def within(entry: Entry, release: Entry) -> bool:
     mine, theirs = entry["value"], release["value"]
     if mine is None or theirs is None:
         return mine is theirs
-    room = max(release["spread"] * abs(theirs), 2.0 * release.get("error", 0.0))
+    room = max(entry["spread"] * abs(theirs), 2.0 * release.get("error", 0.0))
     if abs(mine - theirs) <= room or mine == theirs:
         return True
     sense = release["criterion"][:1]
