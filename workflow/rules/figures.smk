@@ -44,22 +44,6 @@ STUDY_FIGURES = {
 }
 
 
-def drawn_by(figure):
-    """The module that draws a figure: its own, or its study."""
-    own = Path(f"workflow/plots/{figure}.py").is_file()
-    return f"plots.{figure}" if own else f"verification.{STUDY_FIGURES[figure][0]}"
-
-
-def code_of(figure):
-    """The file of that module, as an input."""
-    name = drawn_by(figure)
-    return (
-        f"workflow/plots/{figure}.py"
-        if name.startswith("plots")
-        else str(file_of(name.removeprefix("verification.")).relative_to(workflow.basedir))
-    )
-
-
 FILES = STUDY_FILES | {"friction": rules.friction_table.output[0]}
 SOURCES["study_figures"] = {
     figure: [FILES[name] for name in names]
