@@ -26,7 +26,7 @@ from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact_branch import STEPS, BranchPoint
-from stripfold.follow.fall import Fall, assess_strip
+from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import STEP, effects_of, load_path
 from stripfold.follow.statics import StripModel, remeshed
 from stripfold.follow.time import follow_in_time
@@ -41,7 +41,6 @@ from stripfold.follow.track import (
     peak_push,
     peak_speed,
     shape_error,
-    size_of_fall,
 )
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
@@ -73,8 +72,8 @@ class PathAssessment(Result):
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the last ``row`` before it of a path from a
         file, the ``angle`` with the stability boundary in degrees, and how large the event is: ``drop``, the largest
-        height that a point of the strip loses, m, the ``energy`` freed, J per m of width, and the largest ``speed`` of
-        a point, m/s; nan without a fall.  ``outcome`` says in words what the strip did; ``change`` is by how much
+        height that a point of the strip loses until it is at rest with the gripper at the same place, m, the ``energy``
+        freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome`` says in words what the strip did; ``change`` is by how much
         farther along the path it lies on another mesh, m; nan where that mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
@@ -417,8 +416,9 @@ def _events(found: Track, material: Material) -> list[dict[str, Any]]:
         if number < len(found.falls):
             part = found.falls[number]
             motion = found.states[part]
-            drop, energy = size_of_fall(found.states[part.start - 1], motion)
-            given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy}
+            with suppress(SolveError):
+                drop, energy = size_of_fall(found.states[part.start - 1], motion)
+                given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy}
             given |= {"speed": scales["m s-1"] * peak_speed(motion)}
             given["outcome"] = "at rest without a touch" if first_landing(motion) is None else "fell to a touch"
         elif number == len(found.falls) and found.failure is not None:

@@ -18,11 +18,11 @@ from stripfold.base.phases import FALL
 from stripfold.follow.contact import lies_apart, lift_off
 from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned
 from stripfold.follow.contact_events import longest_free
-from stripfold.follow.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
+from stripfold.follow.contact_set import NEARBY_NEWTON, ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.follow.statics import StripModel, follow, solve_height, static_track
-from stripfold.follow.track import End, StripState, Track
+from stripfold.follow.track import End, StripState, Track, grip_and_hold
 from stripfold.paths.curve import GripperPath, Interpolated
-from stripfold.solve import continuation, dynamics
+from stripfold.solve import continuation, dynamics, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.drive import Drive, Moving, Nudge
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
@@ -194,6 +194,27 @@ def state_at_rest(problem: StripProblem, state: TimeState | Point) -> StripState
     if point.negatives:
         raise SolveError("the state at rest is not stable")
     return StripState(problem, point)
+
+
+def size_of_fall(before: StripState, fall: Sequence[StripState]) -> tuple[float, float]:
+    """The largest height that a point of the strip loses in a fall, L*, and the energy that it frees, rho_a g L*^2.
+
+    From the critical state ``before`` to the state at rest with the gripper at the same place, not past it, where the
+    motion ended.  The energy is by the motion's mesh, on which the error of both states is the same.  Raises SolveError:
+    there is no such state at rest.
+    """
+    (critical, point), (problem, first), (_, last) = before, fall[0], fall[-1]
+    rest = state_at_rest(problem, last).point
+    landed = newton.solve(problem, rest.q, point.lam, rest.active, options=NEARBY_NEWTON)
+    s = problem.model.s
+    drop = critical.model.resampled_mid_surface(point.q, s) - problem.model.mid_surface(landed.q)
+    here, begin = (
+        float(grip_and_hold(each, at)[0] @ each.motion.rates(at.lam))
+        for each, at in ((critical, point), (problem, first))
+    )
+    # Near a limit point the push changes with the root of the distance from it.
+    work = (here / 3.0 + 2.0 * begin / 3.0) * (point.lam - first.lam)
+    return float(drop[:, 1].max()), sum(problem.energies(first.q)) - sum(problem.energies(landed.q)) + work
 
 
 def at_rest(mesh: Planned, fall: Track) -> BranchPoint:

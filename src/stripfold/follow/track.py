@@ -290,24 +290,6 @@ def peak_speed(fall: Sequence[StripState]) -> float:
     return max(float(np.linalg.norm(at.v[middle], axis=1).max()) for _, at in fall if isinstance(at, TimeState))
 
 
-def size_of_fall(before: StripState, fall: Sequence[StripState]) -> tuple[float, float]:
-    """The largest height that a point of the strip loses in a fall, L*, and the energy that it frees, rho_a g L*^2.
-
-    From the critical state ``before`` to that at rest.  The energy is by the motion's mesh, on which the error of both
-    states is the same; the gripper's way to the critical point and past it, which starts the motion, frees none.
-    """
-    (critical, point), (problem, first), (_, last) = before, fall[0], fall[-1]
-    s = problem.model.s
-    drop = critical.model.resampled_mid_surface(point.q, s) - problem.model.mid_surface(last.q)
-    here, begin, end = (
-        float(grip_and_hold(each, at)[0] @ each.motion.rates(at.lam))
-        for each, at in ((critical, point), (problem, first), (problem, last))
-    )
-    # Near a limit point the push changes with the root of the distance from it.
-    work = (here / 3.0 + 2.0 * begin / 3.0) * (point.lam - first.lam) + end * (last.lam - point.lam)
-    return float(drop[:, 1].max()), sum(problem.energies(first.q)) - sum(problem.energies(last.q)) + work
-
-
 def boundary_angle(problem: StripProblem, point: Point | TimeState) -> float:
     """Angle between the gripper's way and the stability boundary in the plane of gripper places, degrees.
 
