@@ -122,13 +122,15 @@ $(STAMP): environment.lock pyproject.toml
 
 # The build tools come first, from the lock like the rest: one dependency is published as source only, and pip
 # would otherwise fetch unpinned tools to build it.
-# Modules are compiled to byte code when they are first imported: most never are.
+# Modules are compiled to byte code when they are first imported: most never are. The checks install with uv, which is
+# faster; pip knows the package index that a user has configured.
+INSTALL = $(VENV)/bin/python -m pip install --no-compile
 .PHONY: locked-packages
 locked-packages:
 	$(PYTHON) -m venv $(VENV)
 	awk '/^[^ ]/ { keep = /^(packaging|setuptools|wheel)==/ } keep' environment.lock > $(VENV)/build-tools.lock
-	$(VENV)/bin/python -m pip install --quiet --require-hashes --no-deps -r $(VENV)/build-tools.lock
-	$(VENV)/bin/python -m pip install --quiet --require-hashes --no-build-isolation --no-compile -r environment.lock
+	$(INSTALL) --quiet --require-hashes --no-deps -r $(VENV)/build-tools.lock
+	$(INSTALL) --quiet --require-hashes --no-build-isolation -r environment.lock
 	cp environment.lock $(VENV)/environment.lock
 
 # Pins already in the lock are kept where they still fit. To move to newest versions: make lock LOCK_ARGS=--upgrade

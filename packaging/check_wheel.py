@@ -2,9 +2,9 @@
 
     python packaging/check_wheel.py [FOLDER]
 
-The wheel of what is checked out is built and installed for this Python, once with the lowest versions that
-pyproject.toml allows and once with the newest ones; each command is run there and printed with its exit code.  The exit
-code is 1 where one did not run.
+The wheel of what is checked out is installed for each Python that is promised and found here, once with the lowest
+versions that pyproject.toml allows and once with the newest ones; each command is run there and printed with its exit
+code.  The exit code is 1 where one did not run.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from packaging.requirements import Requirement
 ROOT = Path(__file__).resolve().parents[1]
 RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
 """uv's words for the versions of the direct dependencies."""
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 EXTRAS = ("", "completion", "plot", "vision")
 STRIP = "--length 0.5 --eta-b 3780"
 # In an order in which each finds what those before have written.
@@ -55,23 +56,27 @@ def run(*line: str | Path, cwd: Path) -> None:
     subprocess.run([str(word) for word in line], check=True, env=CLEAN, cwd=cwd)
 
 
-def dependencies(wheel: Path) -> list[str]:
+def dependencies(wheel: Path, python: str) -> list[str]:
     """List what the wheel needs, with its optional parts.
 
     They are named beside the wheel: as its dependencies they would not be direct ones, and get the newest versions.
     """
     (found,) = distributions(path=[str(wheel)])
     needs = [Requirement(line) for line in found.requires or []]
-    wanted = [n for n in needs if n.marker is None or any(n.marker.evaluate({"extra": extra}) for extra in EXTRAS)]
+    wanted = [
+        n
+        for n in needs
+        if n.marker is None or any(n.marker.evaluate({"extra": extra, "python_version": python}) for extra in EXTRAS)
+    ]
     return [f"{need.name}{need.specifier}" for need in wanted if need.name != "stripfold"]
 
 
-def check(place: Path, wheel: Path, uv: Path, resolution: str) -> list[str]:
+def check(place: Path, wheel: Path, uv: Path, python: str, resolution: str) -> list[str]:
     """Install the wheel in a new environment and run all commands; those that did not run."""
-    run(sys.executable, "-m", "venv", "--without-pip", place, cwd=wheel.parent)
+    run(uv, "venv", "--quiet", "--python", python, place, cwd=wheel.parent)
     versions = ("--only-binary", ":all:", "--resolution", resolution)
     line = ("pip", "install", "--quiet", "--python", place / "bin/python", *versions)
-    run(uv, *line, wheel, *dependencies(wheel), cwd=wheel.parent)
+    run(uv, *line, wheel, *dependencies(wheel, python), cwd=wheel.parent)
     run(uv, "pip", "freeze", "--python", place / "bin/python", cwd=place)
     runs = place / "runs"
     runs.mkdir()
@@ -96,11 +101,17 @@ def main(folder: Path) -> int:
     (wheel,) = folder.glob("stripfold-*.whl")
     run(sys.executable, "-m", "venv", folder / "tools", cwd=folder)
     run(folder / "tools/bin/python", "-m", "pip", "install", "--quiet", "uv", cwd=folder)
-    failed = 0
-    for name, resolution in RESOLUTIONS.items():
-        print(f"-- {name} versions, Python {sys.version.split()[0]}, {wheel.name}", flush=True)
-        failed += len(check(folder / name, wheel, folder / "tools/bin/uv", resolution))
-    print(f"{failed} of {len(RESOLUTIONS) * len(COMMANDS)} commands did not run")
+    uv, failed, ran = folder / "tools/bin/uv", 0, 0
+    for python in PYTHONS:
+        found = subprocess.run([uv, "python", "find", "--no-python-downloads", python], env=CLEAN, capture_output=True)
+        if found.returncode:
+            print(f"-- Python {python} is not here")
+            continue
+        for name, resolution in RESOLUTIONS.items():
+            print(f"-- Python {python}, {name} versions, {wheel.name}", flush=True)
+            failed += len(check(folder / f"{python}-{name}", wheel, uv, python, resolution))
+            ran += len(COMMANDS)
+    print(f"{failed} of {ran} commands did not run")
     return int(failed > 0)
 
 
