@@ -48,8 +48,16 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     """Links as they are in the site, whose root is docs."""
     if page.file.src_uri.startswith("examples/"):
         return markdown.replace("](../docs/", "](../")
+    if page.file.src_uri == "examples.md":
+        markdown = re.sub(r"^\[(\w+\.py)\]\(.*\)$", _with_code, markdown, flags=re.M)
     outside = "docs/" if page.file.src_uri == "index.md" else r"\.\./(?=figures/|examples/)"
     return re.sub(r"\]\((examples/\w+)\.ipynb\)", r"](\1.md)", re.sub(rf"\]\({outside}", "](", markdown))
+
+
+def _with_code(link: re.Match[str]) -> str:
+    """A link to a program, and the program."""
+    code = (ROOT / "examples" / link[1]).read_text(encoding="utf-8")
+    return f"{link[0]}\n\n```python\n{code}```"
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:

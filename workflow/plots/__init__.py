@@ -43,21 +43,17 @@ _HEAD = """\
 All figures of `figures/`, drawn from stored results; each is there as PNG and SVG. The collapse is also a
 [film](../figures/collapse.mp4): static states quickly, a short fall slowed down.
 
-The [explorer](../figures/explorer.html) is a page, to be opened in a browser: drag the gripper, or move it with the
-arrow keys, and the strip of your length and eta_b follows. It shows the stability boundary, the distance to it, four
-paths, and what to do where the strip would fall. After a fall the gripper goes on to the fold, or back until the sag
-comes off: the hysteresis loop, drawn beside the strip as lambda over the height of the sag. A button plays the paper's
-motion, lambda at constant height from lambda_0 past lambda_c and back. Its states are interpolated in tables of the
-elastica (`explorer_error` in [verification.md](verification.md)): without friction, for strips of 8 to 46 L\\* and,
-while the strip is carried over, grippers at least 0.3 L\\* high. `make all` checks it in headless
-Chromium where there is one.
+The [explorer](../figures/explorer.html) is a page for a browser: drag the gripper, or move it with the arrow keys, and
+the strip of your length and eta_b follows or falls. It shows the stability boundary, the distance to it, four paths,
+and after a fall the hysteresis loop; a button plays the paper's motion along x. Its states are interpolated in tables
+of the elastica (`explorer_error` in [verification](verification.md)): without friction, for strips of 8 to 46 L\\*
+and, while the strip is carried over, grippers at least 0.3 L\\* high.
 
 A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
 way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the
 critical state; green static states after a fall and the lines at lambda_0 and lambda_c; magenta the place where the
-folded strip begins to lie. Dashed orange-red states are unstable, orange ones need friction. Where the three paths are
-compared, the R-path is black with circles, the triangular path light blue with triangles, the circular path pink with
-diamonds, each with its own kind of line. Other colours tell materials, models or programs apart and are in legends.
+folded strip begins to lie. Dashed orange-red states are unstable, orange ones need friction. The R-path is black with
+circles, the triangular path light blue with triangles, the circular path pink with diamonds.
 """
 
 

@@ -26,7 +26,6 @@ from verification.numbers import Entry, evaluate, within
 
 Summary = Mapping[str, Entry]
 
-ROOT = Path(__file__).parents[2]
 HOW_SURE = {
     "error": "{estimate_coverage} of random scenes over all accepted inputs have a true error of lambda_c within the "
     "stated one; {solid_limit_error} between solid and elastica for a thin strip",
@@ -110,7 +109,6 @@ def release(numbers: Path, scale: str, release: str, **data: xr.Dataset) -> None
             text = fill_table(text, key, content)
         store.write_text(text, Path(name))
     store.write_text(gallery_markdown(), Path("docs/figures.md"))
-    store.write_text(examples_markdown(), Path("docs/examples.md"))
 
 
 def pages(numbers: Summary, data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
@@ -201,19 +199,3 @@ def fill_table(page: str, name: str, table: str) -> str:
     begin, end = f"<!-- {name}: made by `make release` -->\n", f"<!-- end of {name} -->\n"
     head, rest = page.split(begin)
     return head + begin + table + end + rest.split(end)[1]
-
-
-def examples_markdown() -> str:
-    """The page ``docs/examples.md``: the programs of ``examples``, in the order of their own page."""
-    blocks = [
-        "# Examples\n\n<!-- Made by `make release` from `examples/`. -->\n\n"
-        "Each program runs alone and in seconds, in any folder; those that need an extra say so.\n\n"
-        "Notebooks, shown with what they print and draw:"
-    ]
-    listed = (ROOT / "examples/README.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^\| \[(\w+)\.ipynb\]\(\1\.ipynb\) \| (.+) \|$", listed, re.M)
-    blocks.append("\n".join(f"* [{name}](../examples/{name}.ipynb): {use}" for name, use in shown))
-    for name, question in re.findall(r"^\| \[(\w+\.py)\]\(\1\) \| (.+) \|$", listed, re.M):
-        code = (ROOT / "examples" / name).read_text(encoding="utf-8")
-        blocks.append(f"## {question}\n\n[{name}](../examples/{name})\n\n```python\n{code}```")
-    return "\n\n".join(blocks) + "\n"
