@@ -1,28 +1,33 @@
-# Every figure from stored files alone, as PNG and SVG. Figures from the same files share a process.
+# Every figure from stored files alone, as PNG and SVG: those of the paper's runs, and those of studies.
 
 RUN = f"{RESULTS}/xaxis/{SHOWN}.nc"
 ASSESSED = {path: f"{RESULTS}/assess/{SHOWN}_{path}.nc" for path in PATHS}
 WAYS, HELD = f"{RESULTS}/two_ways/{SHOWN}.nc", f"{RESULTS}/friction/{SHOWN}.nc"
 PLANS, COLLAPSE = rules.plans.output[0], rules.collapse.output[0]
-POINTS, MASTER = rules.critical_points.output[0], rules.master_curve.output[0]
+POINTS, MASTER = rules.critical_points.output
+RECORDINGS, FRAMES = rules.recordings.output
+ASSESSMENT, FRICTION = rules.assessment.output
 # What each figure is drawn from, in the order its function takes it, by the rule that draws it.
 SOURCES = {
-    "x_axis_figures": {"geometry": [RUN], "motion": [RUN], "deflection": [RUN]},
-    "collapse_figures": {"collapse": [COLLAPSE], "collapse_curve": [COLLAPSE], "energy": [COLLAPSE]},
-    "critical_figures": {"paths": [POINTS], "critical_points": [POINTS], "master_curve": [POINTS, MASTER]},
-    "plan_figures": {"folding": [PLANS], "planned_paths": [PLANS]},
-    "path_figures": {
+    "paper_figures": {
+        "geometry": [RUN],
+        "motion": [RUN],
+        "deflection": [RUN],
+        "collapse": [COLLAPSE],
+        "collapse_curve": [COLLAPSE],
+        "energy": [COLLAPSE],
+        "paths": [POINTS],
+        "critical_points": [POINTS],
+        "master_curve": [POINTS, MASTER],
+        "folding": [PLANS],
+        "planned_paths": [PLANS],
         "evolutions": [*(ASSESSED[path] for path in ("r-path", "triangular", "circular")), PLANS],
         "rpath_friction": [ASSESSED["r-path"], WAYS, HELD, PLANS],
         "rpath_curve": [ASSESSED["r-path"], WAYS, HELD, PLANS],
-    },
-    "material_figures": {
-        "touch_error": [rules.assessment.output[0]],
-        "friction_needed": [rules.friction_table.output[0]],
-    },
-    "recording_figures": {
-        "measured": [rules.recordings.output[0]],
-        "real_paths": [rules.recordings.output[0], rules.frames.output[0]],
+        "touch_error": [ASSESSMENT],
+        "friction_needed": [FRICTION],
+        "measured": [RECORDINGS],
+        "real_paths": [RECORDINGS, FRAMES],
     },
 }
 # Those of studies: a name is a study, or the table of the friction that R-paths need.
@@ -44,7 +49,7 @@ STUDY_FIGURES = {
 }
 
 
-FILES = STUDY_FILES | {"friction": rules.friction_table.output[0]}
+FILES = STUDY_FILES | {"friction": FRICTION}
 SOURCES["study_figures"] = {
     figure: [FILES[name] for name in names]
     for figure, names in STUDY_FIGURES.items()

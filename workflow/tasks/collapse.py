@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
 
 from stripfold.ask import collapse as analysis
 from stripfold.ask.inputs import Simulation
-from stripfold.draw import film as films
 
 
 def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:
     """One strip through its collapse."""
     return analysis.run(Simulation.read(scene), progress)
-
-
-def film(data: xr.Dataset, output: Sequence[str]) -> None:
-    """The collapse as a film."""
-
-    films.film(data, output[0])

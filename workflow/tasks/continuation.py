@@ -33,11 +33,12 @@ def run_x_axis(
     return data.assign_attrs(title=f"x-axis continuation, {material['label']}")
 
 
-def critical_points(runs: Sequence[xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
-    """The critical points of all materials."""
-    return x_axis.critical_points(dict(zip(labels, runs, strict=True)), labels)
-
-
-def master_curve(top: float) -> xr.Dataset:
-    """The elastica's master curve from the touch limit to beyond the height ``top``, L*."""
-    return x_axis.master_curve([elastica.touch_limit() + 1e-6, *np.arange(1.65, top + 0.25, 0.05)])
+def critical_points(runs: Sequence[xr.Dataset], labels: Mapping[str, str], top: float) -> list[xr.Dataset]:
+    """The critical points of all materials; those of the elastica from the touch limit to beyond ``top``, L*."""
+    heights = [elastica.touch_limit() + 1e-6, *np.arange(1.65, top + 0.25, 0.05)]
+    return [
+        x_axis.critical_points(dict(zip(labels, runs, strict=True)), labels).assign_attrs(
+            title="critical points of all materials"
+        ),
+        x_axis.master_curve(heights).assign_attrs(title="the elastica's master curve"),
+    ]

@@ -14,9 +14,10 @@ from matplotlib import font_manager
 from PIL import Image, ImageDraw, ImageFont
 
 from stripfold import Strip
-from stripfold.ask import collapse
+from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
+from stripfold.draw.film import film
 from stripfold.paths import low, triangular
 from tasks import assess_data, post_critical
 from tasks import friction as needed_friction
@@ -39,61 +40,77 @@ def assess(
 ) -> list[xr.Dataset]:
     """A material along each of the paper's folding paths."""
     strip = material_of(material, gravity)
-    fall = collapse.in_solver_units(Release(), strip)
+    fall = in_solver_units(Release(), strip)
     found = [assess_data.run(strip, material["length"], path, fall, refinement, progress) for path in paths]
     return [
         data.assign_attrs(title=f"{path} path, {material['label']}") for path, data in zip(paths, found, strict=True)
     ]
 
 
-def assessment(runs: Sequence[xr.Dataset], labels: Mapping[str, str], paths: Sequence[str]) -> xr.Dataset:
-    """The table of all assessments."""
-    return assess_data.table(dict(zip(product(labels, paths), runs, strict=True)), labels)
+def assessment(
+    runs: Sequence[xr.Dataset],
+    friction: Sequence[xr.Dataset],
+    ways: Sequence[xr.Dataset],
+    labels: Mapping[str, str],
+    paths: Sequence[str],
+) -> list[xr.Dataset]:
+    """The tables of all assessments, and of the friction that R-paths need."""
+    with_friction, without = (dict(zip(labels, of, strict=True)) for of in (friction, ways))
+    return [
+        assess_data.table(dict(zip(product(labels, paths), runs, strict=True)), labels).assign_attrs(
+            title="folding paths assessed"
+        ),
+        needed_friction.table(with_friction, without, labels).assign_attrs(title="friction that an R-path needs"),
+    ]
 
 
-def low_path_film(
-    material: Mapping[str, Any], gravity: float, output: Sequence[str], progress: Callable[[str], None]
+def films(
+    material: Mapping[str, Any], gravity: float, collapse: xr.Dataset, output: Any, progress: Callable[[str], None]
 ) -> None:
-    """A material carried over on the low path at the height of L*, as a film."""
+    """The films of the collapse and of a material on its low path, and the moving picture of the README."""
+    film(collapse, output.collapse)
     strip = strip_of(material, gravity)
+    low_path_film(strip, output.low_path, progress)
+    two_folds(strip, output.low_path, output.two_folds, progress)
+
+
+def low_path_film(strip: Strip, output: str, progress: Callable[[str], None]) -> None:
+    """Film a strip that is carried over on the low path at the height of L*."""
     found = strip.assess(low(strip, strip.gravity_length), model="rod", progress=progress)
     if not (found.stable and found.completed):
         raise SolveError("the strip does not follow its low path")
-    found.film(output[0], progress)
+    found.film(output, progress)
 
 
 SHRUNK, EACH, COLOURS = 480, 4, 48
 """Width of one half of the moving picture, pixels; of the films' frames each such one is shown; colours."""
 
 
-def two_folds(
-    material: Mapping[str, Any], gravity: float, output: Sequence[str], progress: Callable[[str], None]
-) -> None:
-    """Draw a material on its triangular path beside the same on a low one, as a moving picture for the README."""
-    strip = strip_of(material, gravity)
-    halves = []
-    for text, path in (
-        ("triangular path: snaps", triangular(strip)),
-        ("low path: does not", low(strip, strip.gravity_length)),
-    ):
-        with TemporaryDirectory() as folder:
-            film = Path(folder, "film.mp4")
-            strip.assess(path, model="rod", fall=True, progress=progress).film(film, progress)
-            with av.open(film) as container:
-                frames = [frame.to_image() for i, frame in enumerate(container.decode(video=0)) if i % EACH == 0]
-        halves.append((text, [frame.resize((SHRUNK, SHRUNK * frame.height // frame.width)) for frame in frames]))
-    high = max(frames[0].height for _, frames in halves) + 24
+def two_folds(strip: Strip, low_film: str, output: str, progress: Callable[[str], None]) -> None:
+    """Draw a strip on its triangular path beside the film of its low one, as a moving picture for the README."""
+    with TemporaryDirectory() as folder:
+        film = Path(folder, "film.mp4")
+        strip.assess(triangular(strip), model="rod", fall=True, progress=progress).film(film, progress)
+        halves = {"triangular path: snaps": _shrunk(film), "low path: does not": _shrunk(low_film)}
+    high = max(frames[0].height for frames in halves.values()) + 24
     font = ImageFont.truetype(font_manager.findfont("DejaVu Sans"), 15)
     pictures = []
     # The end stays for a second and a half.
-    for i in range(max(len(frames) for _, frames in halves) + 12):
+    for i in range(max(len(frames) for frames in halves.values()) + 12):
         picture = Image.new("RGB", (2 * SHRUNK + 10, high), "white")
-        for left, (text, frames) in zip((0, SHRUNK + 10), halves, strict=True):
+        for left, (text, frames) in zip((0, SHRUNK + 10), halves.items(), strict=True):
             frame = frames[min(i, len(frames) - 1)]
             picture.paste(frame, (left, high - frame.height))
             ImageDraw.Draw(picture).text((left + 40, high - frame.height - 22), text, fill="black", font=font)
         pictures.append(picture.quantize(COLOURS, dither=Image.Dither.NONE))
-    pictures[0].save(output[0], save_all=True, append_images=pictures[1:], duration=33 * EACH, loop=0, optimize=True)
+    pictures[0].save(output, save_all=True, append_images=pictures[1:], duration=33 * EACH, loop=0, optimize=True)
+
+
+def _shrunk(film: str | Path) -> list[Image.Image]:
+    """Every :data:`EACH`-th frame of a film."""
+    with av.open(film) as container:
+        frames = [frame.to_image() for i, frame in enumerate(container.decode(video=0)) if i % EACH == 0]
+    return [frame.resize((SHRUNK, SHRUNK * frame.height // frame.width)) for frame in frames]
 
 
 def strip_of(material: Mapping[str, Any], gravity: float) -> Strip:
@@ -105,23 +122,19 @@ def strip_of(material: Mapping[str, Any], gravity: float) -> Strip:
 
 
 def friction(
-    material: Mapping[str, Any], gravity: float, refinement: float, step: float, progress: Callable[[str], None]
-) -> xr.Dataset:
-    """The smallest internal friction with which a material follows its R-path."""
-    data = needed_friction.run(material_of(material, gravity), material["length"], step, refinement, progress)
-    return data.assign_attrs(title=f"R-path with friction, {material['label']}")
-
-
-def two_ways(
-    material: Mapping[str, Any], gravity: float, refinement: float, progress: Callable[[str], None]
-) -> xr.Dataset:
-    """The two post-critical branches of a material's R-path without friction."""
-    strip = material_of(material, gravity)
-    fall = collapse.in_solver_units(Release(), strip)
-    data = post_critical.two_ways(strip, material["length"], fall, refinement, progress)
-    return data.assign_attrs(title=f"two ways out of an R-path, {material['label']}")
-
-
-def friction_table(runs: Sequence[xr.Dataset], ways: Sequence[xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
-    """The table of the friction that R-paths need."""
-    return needed_friction.table(dict(zip(labels, runs, strict=True)), dict(zip(labels, ways, strict=True)), labels)
+    material: Mapping[str, Any],
+    gravity: float,
+    refinement: float,
+    friction_refinement: float,
+    step: float,
+    progress: Callable[[str], None],
+) -> list[xr.Dataset]:
+    """The smallest internal friction with which a material follows its R-path; its post-critical branches without."""
+    strip, length = material_of(material, gravity), material["length"]
+    fall = in_solver_units(Release(), strip)
+    needed = needed_friction.run(strip, length, step, friction_refinement, progress)
+    ways = post_critical.two_ways(strip, length, fall, refinement, progress)
+    return [
+        needed.assign_attrs(title=f"R-path with friction, {material['label']}"),
+        ways.assign_attrs(title=f"two ways out of an R-path, {material['label']}"),
+    ]
