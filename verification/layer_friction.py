@@ -55,28 +55,33 @@ def run(
     long: float = 24.0,
     speeds: Sequence[float] = (0.4,),
     finer: Sequence[str] = ("circular",),
+    varied: Sequence[str] = PATHS,
+    refinement: float = 1.0,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Errors of the fold over ``path`` and ``mu``, ``shown`` among these; there also over ``variant``, and the shapes.
 
     ``long``: another length.  ``speeds``: others of the gripper, on the circular path, sqrt(g L*).  ``finer``: paths
-    that are computed with elements and time steps half as long, too.
+    that are computed with elements and time steps half as long, too.  ``varied``: those of the other length and of the
+    friction of fabrics.  ``refinement``: factor on element lengths.
     """
     variants: dict[str, tuple[Sequence[str], dict[str, Any]]] = {
         "usual": (PATHS, {}),
         "finer": (finer, {"finer": True}),
-        "long": (PATHS, {"length": long}),
+        "long": (varied, {"length": long}),
         "without": (("r-path",), {"length": long, "moment": 0.0}),
-        "fabric": (PATHS, {"moment": FABRIC}),
+        "fabric": (varied, {"moment": FABRIC}),
         **{f"{speed:g}": (("circular",), {"speed": speed}) for speed in speeds},
     }
     asked: dict[tuple[Any, str], Callable[[], dict[str, Any]]] = {
-        (variant, path): partial(_numbers, path, shown, **how)
+        (variant, path): partial(_numbers, refinement, path, shown, **how)
         for variant, (paths, how) in variants.items()
         for path in paths
     }
-    asked |= {(mu, path): partial(_numbers, path, mu) for mu in coefficients if mu != shown for path in PATHS}
+    asked |= {
+        (mu, path): partial(_numbers, refinement, path, mu) for mu in coefficients if mu != shown for path in PATHS
+    }
     found = dict(zip(asked, pooled(operator.call, asked.values(), threads, progress), strict=True))
     errors = [[found[v, path]["error"] if (v, path) in found else np.nan for path in PATHS] for v in variants]
     shapes = np.array([found["usual", path]["shape"] for path in PATHS])
@@ -96,6 +101,7 @@ def run(
 
 
 def _numbers(
+    refinement: float,
     name: str,
     mu: float,
     length: float = LENGTH,
@@ -107,7 +113,8 @@ def _numbers(
     fold = plan_r_path(length)
     path = fold.path if name == "r-path" else low(length, LOW) if name == "low" else GEOMETRIC[name](length)
     options = replace(TIME_OPTIONS, tolerance=HALF_STEP * TIME_OPTIONS.tolerance) if finer else TIME_OPTIONS
-    how: dict[str, Any] = {"damping": DAMPING, "speed": speed, "refinement": 0.5 if finer else 1.0, "options": options}
+    how: dict[str, Any] = {"damping": DAMPING, "speed": speed, "options": options}
+    how["refinement"] = refinement * (0.5 if finer else 1.0)
     closed = follow_in_time(StripModel(length, THICKNESS, kind="rod"), path, mu, moment, **how)
     after = opened(closed, DAMPING, options)
     end = mid_surfaces(after.states[-1:], np.zeros(1))[0][0]

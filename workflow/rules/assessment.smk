@@ -57,7 +57,12 @@ rule films:
         mem_mb=1000,
         runtime=10,
     params:
-        **calls("tasks.folding:films", material=MATERIALS[SHOWN], gravity=config["gravity"]),
+        **calls(
+            "tasks.folding:films",
+            material=MATERIALS[SHOWN],
+            gravity=config["gravity"],
+            rate=5 if config["scale"] == "quick" else 30,
+        ),
     script:
         "../script.py"
 

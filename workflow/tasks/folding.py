@@ -17,7 +17,7 @@ from stripfold import Strip
 from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
-from stripfold.draw.film import film
+from stripfold.draw import film as drawn
 from stripfold.paths import low, triangular
 from tasks import assess_data, post_critical
 from tasks import friction as needed_friction
@@ -65,10 +65,19 @@ def assessment(
 
 
 def films(
-    material: Mapping[str, Any], gravity: float, collapse: xr.Dataset, output: Any, progress: Callable[[str], None]
+    material: Mapping[str, Any],
+    gravity: float,
+    rate: int,
+    collapse: xr.Dataset,
+    output: Any,
+    progress: Callable[[str], None],
 ) -> None:
-    """The films of the collapse and of a material on its low path, and the moving picture of the README."""
-    film(collapse, output.collapse)
+    """The films of the collapse and of a material on its low path, and the moving picture of the README.
+
+    ``rate``: frames per second.
+    """
+    drawn.FPS = rate
+    drawn.film(collapse, output.collapse)
     strip = strip_of(material, gravity)
     low_path_film(strip, output.low_path, progress)
     two_folds(strip, output.low_path, output.two_folds, progress)
