@@ -18,7 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.friction_needed import MOMENT
+from plots.all_materials import MOMENT
 from plots.pieces import entry, look, note
 from stripfold import elastica
 from stripfold.ask.friction import LEAST_LYING

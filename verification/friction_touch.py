@@ -16,7 +16,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from plots.friction_needed import MOMENT
+from plots.all_materials import MOMENT
 from plots.pieces import PATH_LOOKS, entry, look, note
 from stripfold import elastica
 from stripfold.base.arrays import Array
