@@ -14,9 +14,9 @@ rule x_axis:
         runtime=20,
     params:
         **calls(
-            "tasks.continuation:run_x_axis",
+            "tasks.x_axis:run",
             material=of_material,
-            solid=config["solid"],
+            accuracy=config["accuracy"],
             gravity=config["gravity"],
         ),
     script:
@@ -36,7 +36,7 @@ rule critical_points:
         f"{BENCHMARKS}/critical_points/all.tsv"
     params:
         **calls(
-            "tasks.continuation:critical_points",
+            "tasks.x_axis:critical_points",
             labels=LABELS,
             top=max(max(material["heights"]) for material in MATERIALS.values()),
         ),
@@ -58,6 +58,6 @@ rule collapse:
         mem_mb=1000,
         runtime=10,
     params:
-        **calls("tasks.collapse:collapse", title="a strip through its collapse"),
+        **calls("tasks.x_axis:collapse", title="a strip through its collapse"),
     script:
         "../script.py"

@@ -19,10 +19,9 @@ from stripfold.ask.inputs import Release
 from stripfold.base.errors import SolveError
 from stripfold.draw import film as drawn
 from stripfold.paths import low, triangular
-from tasks import assess_data, post_critical
+from tasks import assess_data, material_of, post_critical
 from tasks import friction as needed_friction
 from tasks import plans as planned
-from tasks.materials import material_of
 
 
 def plans(material: Mapping[str, Any], gravity: float) -> xr.Dataset:
