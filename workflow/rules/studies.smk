@@ -49,6 +49,7 @@ for batch, names in STUDY_BATCHES.items():
             f"{LOGS}/{batch}.log",
         benchmark:
             f"{BENCHMARKS}/studies/{batch}.tsv"
+        priority: 3 if len(names) > 1 else 0
         threads: ALL_CORES if TIMED | SHARED >= {*names} else 1
         resources:
             mem_mb=4000 if "recordings_accuracy" in names else 2000,
