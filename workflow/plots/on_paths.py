@@ -37,7 +37,7 @@ def draw_folding(data: xr.Dataset) -> Figure:
 
     Both are states of the R-path, its first and its last; the width is made up.
 
-    ``data`` is from :func:`tasks.plans.dataset`.
+    ``data`` is from :func:`tasks.folding.plans`.
     """
     plan = planned(data, "r-path")
     length = float(plan.arc[-1])
@@ -111,7 +111,7 @@ STATES = 9
 def draw_planned_paths(data: xr.Dataset) -> Figure:
     """Draw each path dashed, the states assumed on it solid, from light to dark, and a blue mark at the fold line.
 
-    ``data`` is from :func:`tasks.plans.dataset`.
+    ``data`` is from :func:`tasks.folding.plans`.
     """
     plans = [planned(data, name) for name in TITLES]
     fig, axes = equal_panels([limits([plan]) for plan in plans], above=0.25, one_x=True)
@@ -153,7 +153,7 @@ def draw_evolutions(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dat
     folded strip begins to lie.
 
     ``r_path``, ``triangular``, ``circular``: from :func:`tasks.assess_data.run`; ``plans``: from
-    :func:`tasks.plans.dataset`, for the same strip.
+    :func:`tasks.folding.plans`, for the same strip.
     """
     found = (r_path, triangular, circular)
     each = [parts(data) for data in found]

@@ -43,7 +43,7 @@ def draw_rpath_friction(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Datas
     without friction would be unstable are orange; dotted over them the planned ones.
 
     ``r_path``: from :func:`tasks.assess_data.run`.  ``ways``: from :func:`tasks.post_critical.two_ways`.  ``friction``:
-    from :func:`tasks.friction.run`; the paper's pull is drawn.  ``plans``: from :func:`tasks.plans.dataset`, for the
+    from :func:`tasks.friction.run`; the paper's pull is drawn.  ``plans``: from :func:`tasks.folding.plans`, for the
     same strip.
     """
     before, branches, (whole, eigenvalues) = parts(r_path)[0], post_critical(ways), with_friction(friction)
@@ -139,7 +139,7 @@ def draw_rpath_curve(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset,
     Dotted: the plan.  (b) enlarges the critical point.  Curves that coincide have different widths.
 
     ``r_path``: from :func:`tasks.assess_data.run`.  ``ways``: from :func:`tasks.post_critical.two_ways`.  ``friction``:
-    from :func:`tasks.friction.run`; the paper's pull is drawn.  ``plans``: from :func:`tasks.plans.dataset`, for the
+    from :func:`tasks.friction.run`; the paper's pull is drawn.  ``plans``: from :func:`tasks.folding.plans`, for the
     same strip.
     """
     plan, (before, *behind), branches = planned(plans, "r-path"), parts(r_path), post_critical(ways)

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import av
+import numpy as np
 import xarray as xr
 from matplotlib import font_manager
 from PIL import Image, ImageDraw, ImageFont
@@ -16,18 +17,86 @@ from PIL import Image, ImageDraw, ImageFont
 from stripfold import Strip
 from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.inputs import Release
+from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.draw import film as drawn
-from stripfold.paths import low, triangular
+from stripfold.files import schema
+from stripfold.paths import low
+from stripfold.paths import triangular as triangular_path
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.geometric import circular, triangular
+from stripfold.paths.rpath import RPath, plan_r_path
 from tasks import assess_data, material_of, post_critical
 from tasks import friction as needed_friction
-from tasks import plans as planned
+from tasks.assess_data import PATHS
+
+PLACES = 201
+"""Gripper places on each path: as many segments on each of its pieces, so that every corner is among them."""
+NODES = 401
 
 
 def plans(material: Mapping[str, Any], gravity: float) -> xr.Dataset:
-    """The folding paths of a material as planned."""
-    data = planned.dataset(material_of(material, gravity), material["length"])
-    return data.assign_attrs(title=f"folding paths as planned, {material['label']}")
+    """Plan the paper's paths: gripper paths and assumed states over ``path``, ``place`` and ``node``, 0 the gripper's.
+
+    Triangular: the strip hangs straight down from the gripper, no stiffness, and nothing slides.  Circular: two rigid
+    halves with a hinge.  R-path: the elastica's states.  The first state is the flat strip, the R-path's last one the
+    folded strip.
+
+    Raises InvalidInputError, SolveError: as in :func:`.plan_r_path`.
+    """
+    strip, length = material_of(material, gravity), material["length"]
+    unit = strip.gravity_length
+    long = length / unit
+    plan = plan_r_path(long)
+    s = np.linspace(0.0, long, NODES)
+    paths = {"r-path": plan.path, "triangular": triangular(long), "circular": circular(long)}
+    travelled = np.array([_places(paths[name]) for name in PATHS])
+    times = np.array([[paths[name].pseudo_time(t) for t in row] for name, row in zip(PATHS, travelled, strict=True)])
+    states = np.array(
+        [[assumed(name, plan, long, t, s) for t in row] for name, row in zip(PATHS, travelled, strict=True)]
+    )
+    on = ("path", "place")
+    values = {
+        "travelled": (on, travelled),
+        "pseudo_time": (on, times),
+        "x": ((*on, "node"), states[..., 0]),
+        "z": ((*on, "node"), states[..., 1]),
+        "arc": ("node", s),
+        "path": ("path", PATHS),
+    }
+    attrs = {
+        **strip.attributes,
+        "length": length,
+        "lying_length": unit * plan.lying_length,
+        "planned_touch_x": unit * plan.first_touch,
+        "landing_x": unit * plan.landing,
+    }
+    title = f"folding paths as planned, {material['label']}"
+    return schema.dataset(values, attrs, strip.scales).assign_attrs(title=title)
+
+
+def _places(path: GripperPath) -> Array:
+    """Lengths travelled, L*: evenly spaced on each piece."""
+    count = (PLACES - 1) // len(path.pieces)
+    return np.concatenate([[0.0], *(np.linspace(piece.start, piece.end, count + 1)[1:] for piece in path.pieces)])
+
+
+def assumed(name: str, plan: RPath, length: float, travelled: float, s: Array) -> Array:
+    """Assumed places (x, z), shape (n, 2), of the distances ``s``, shape (n,), from the grasped end; L*."""
+    if name == "r-path":
+        return plan.mid_surface(travelled, s)
+    flat = np.stack([s - length / 2.0, np.zeros_like(s)], axis=1)
+    upper = s < length / 2.0
+    if name == "circular":
+        angle = travelled / (length / 2.0)
+        arm = length / 2.0 - s
+        turned = np.stack([-arm * np.cos(angle), arm * np.sin(angle)], axis=1)
+        return np.where(upper[:, None], turned, flat)
+    x, z = triangular(length).position(travelled)
+    # The hanging part is as long as the gripper is high; the rest lies flat, or on the lower layer past the fold line.
+    hanging = np.stack([np.full_like(s, x), np.maximum(z - s, 0.0)], axis=1)
+    folded = np.stack([np.minimum(length / 2.0 - s, x), np.maximum(z - s, 0.0)], axis=1)
+    return np.where(((s < z) if x <= 0.0 else upper)[:, None], hanging if x <= 0.0 else folded, flat)
 
 
 def assess(
@@ -98,7 +167,7 @@ def two_folds(strip: Strip, low_film: str, output: str, progress: Callable[[str]
     """Draw a strip on its triangular path beside the film of its low one, as a moving picture for the README."""
     with TemporaryDirectory() as folder:
         film = Path(folder, "film.mp4")
-        strip.assess(triangular(strip), model="rod", fall=True, progress=progress).film(film, progress)
+        strip.assess(triangular_path(strip), model="rod", fall=True, progress=progress).film(film, progress)
         halves = {"triangular path: snaps": _shrunk(film), "low path: does not": _shrunk(low_film)}
     high = max(frames[0].height for frames in halves.values()) + 24
     font = ImageFont.truetype(font_manager.findfont("DejaVu Sans"), 15)
