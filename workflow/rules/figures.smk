@@ -44,19 +44,20 @@ STUDY_FIGURES = {
 FILES = STUDY_FILES | {"friction": FRICTION}
 
 
-# For each figure the function that draws it, and its files.
+# For each figure the function that draws it, and its files. Those of a module share a process, in a quick run all.
 SOURCES = {
-    "paper_figures": {
-        name: (f"plots.{module}:draw_{name}", files)
-        for module, figures in PAPER_FIGURES.items()
-        for name, files in figures.items()
+    f"{module}_figures": {name: (f"plots.{module}:draw_{name}", files) for name, files in figures.items()}
+    for module, figures in PAPER_FIGURES.items()
+}
+SOURCES["through_collapse_figures"]["collapse_curve"] = "stripfold.draw.collapse_curve:draw", [COLLAPSE]
+if config["scale"] == "quick":
+    SOURCES = {
+        "paper_figures": {name: drawn for figures in SOURCES.values() for name, drawn in figures.items()}
     }
-    | {"collapse_curve": ("stripfold.draw.collapse_curve:draw", [COLLAPSE])},
-    "study_figures": {
-        name: (f"verification.{studies[0]}:draw", [FILES[study] for study in studies])
-        for name, studies in STUDY_FIGURES.items()
-        if {*studies} <= {*FILES}
-    },
+SOURCES["study_figures"] = {
+    name: (f"verification.{studies[0]}:draw", [FILES[study] for study in studies])
+    for name, studies in STUDY_FIGURES.items()
+    if {*studies} <= {*FILES}
 }
 PLOTS = sorted(map(str, Path("workflow/plots").glob("*.py")))
 FIGURE_FILES = expand(
