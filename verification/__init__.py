@@ -8,7 +8,15 @@ workflow names its files.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHAPTERS = {
     "Statics": (
@@ -34,3 +42,16 @@ def file_of(study: str) -> Path:
 def title_of(study: str) -> str:
     """The first line of its file's docstring."""
     return file_of(study).read_text(encoding="utf-8").partition("\n")[0].strip('". ')
+
+
+def run(studies: Mapping[str, Mapping[str, Any]], threads: int, progress: Callable[[str], None]) -> list[xr.Dataset]:
+    """Run studies one after the other in this process; ``studies``: the arguments of each by its name."""
+    found = []
+    for name, given in studies.items():
+        study = import_module(f"{__name__}.{name}").run
+        extra = {"threads": threads, "progress": progress}
+        began = perf_counter()
+        data = study(**given, **{key: value for key, value in extra.items() if key in signature(study).parameters})
+        found.append(data.assign_attrs(title=title_of(name), seconds=round(perf_counter() - began, 1)))
+        progress(f"{name}: {found[-1].attrs['seconds']} s")
+    return found

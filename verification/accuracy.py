@@ -12,7 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
+from plots.pieces import MODEL_LOOKS, draw_pareto, entry, headroom, note, plain_numbers
 from stripfold import elastica
 from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
@@ -20,14 +22,16 @@ from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.ask.select_model import solid_error
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
+from stripfold.draw.colours import GREY
+from stripfold.draw.style import figure, styled
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.follow.track import End
-from verification.common import Progress, attempted, command, dataset, grid, markdown_table, timed, timed_process
+from verification.common import Progress, dataset, grid, markdown_table, timed
 from verification.numbers import Facts, Number
 
-UNITS = {"s": "elastica_seconds preset_seconds seconds", "Mbyte": "memory way_memory"}
+UNITS = {"s": "elastica_seconds preset_seconds seconds"}
 
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
@@ -40,7 +44,6 @@ COMPARED_PLACES = 400
 """Places along the strip at which two states are compared."""
 PRESETS = ("auto", "solid")
 """Models that are requested with an accuracy."""
-MODELS = ("elastica", "rod", "solid")
 
 
 class Answer(NamedTuple):
@@ -165,13 +168,6 @@ def run(
         error = found.state.advance / advance_on_finer_grid(found) - 1.0
         return {"elastica_seconds": float(np.median(seconds)), "elastica_error": error}
 
-    def memory_of(code: str) -> float:
-        """Peak memory of a process, MB."""
-        found, _ = attempted(lambda: timed_process(code)[2])
-        return np.nan if found is None else found
-
-    scene = length_star, thickness, heights[-1]
-    codes = [f"from {__name__} import Strategy\n{way!r}.answer{scene!r}" for way in ways]
     over = {"gripper_height": heights}
     of_presets = [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")]
     grids = [
@@ -184,19 +180,9 @@ def run(
         )
     ]
     values = {name: value for found in grids for name, value in found.items() if name != "way"}
-    values |= {"way_memory": ("way", [memory_of(code) for code in codes])}
-    values |= {"model": ("model", MODELS)}
-    values |= {"memory": ("model", [memory_of(_command(length_star, heights[-1], model)) for model in MODELS])}
     values |= {field: ("way", [getattr(way, field) for way in ways]) for field in Strategy._fields}
     attrs = {"length_star": length_star, "thickness_star": thickness, "repeats": repeats}
     return dataset(values, attrs, units=UNITS)
-
-
-def _command(length: float, height: float, model: str) -> str:
-    """Python code that finds one lambda_c to 1e-3."""
-    scene = scene_of(length, 0.0, height, "solid", 1e-3)
-    words = ["critical", "--length", repr(scene.length), "--height", repr(scene.height), "--eta-b", repr(ETA_B)]
-    return command(*words, "--json", "--model", model)
 
 
 def advance_on_finer_grid(point: elastica.CriticalPoint) -> float:
@@ -282,3 +268,53 @@ NUMBERS = {
     ),
 }
 # fmt: on
+
+
+LEAST = 1e-7
+"""Smaller errors are drawn here: the reference is no better."""
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw |error| over run time, a panel per height, with the Pareto front.
+
+    Open markers: elements of order one, or two elements across the thickness.  Dotted: uncertainty of the reference.
+    """
+    count = data.sizes["gripper_height"]
+    rows = count // 2 + 1
+    fig = figure(2.0 * rows, 5.2)
+    panels = fig.subplots(rows, 2, squeeze=False, sharey=True).ravel()
+    kinds = data["kind"].values
+    plain = (data["order"].values == 2.0) & (data["across"].values == 1.0)
+    for j, ax in enumerate(panels[:count]):
+        one = data.isel(gripper_height=j)
+        cost = one["seconds"].values
+        error = np.maximum(np.abs(one["error"].values), LEAST)
+        for kind, how in MODEL_LOOKS.items():
+            for filled in (True, False):
+                of = (kinds == kind) & (plain == filled)
+                name = kind if filled and j == 0 and of.any() else None
+                face = how.color if filled else "white"
+                ax.plot(cost[of], error[of], how.marker, color=how.color, mfc=face, label=name)
+        draw_pareto(ax, cost, error, max(float(one["uncertain"]), LEAST))
+        ax.set(xscale="log", yscale="log", xlabel="run time [s]")
+        what = r"$\lambda_c$" if one["snaps"] else "first touch"
+        note(ax, f"({'abcdefgh'[j]}) $z = {float(one['gripper_height']):g}\\,L^*$, {what}", loc="upper right")
+    for ax in panels[count:]:
+        ax.set_axis_off()
+    for ax in panels[1:count]:
+        ax.sharex(panels[0])
+    panels[0].autoscale(axis="x")  # to what all of them show
+    for ax in panels[:count]:
+        plain_numbers(ax.xaxis)
+    headroom(panels[0], 0.12)
+    fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
+    handles = panels[0].get_legend_handles_labels()[0]
+    open_marks = entry("solid, order one or two across", MODEL_LOOKS["solid"].color, "none", marker="s", mfc="white")
+    handles += [
+        open_marks,
+        entry("Pareto front", GREY, lw=1.0),
+        entry("uncertainty of the reference", GREY, ":", lw=0.8),
+    ]
+    panels[count].legend(handles=handles, loc="center")
+    return fig

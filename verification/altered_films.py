@@ -60,9 +60,9 @@ OFF = 0.1
 
 
 def run(
-    looks: int = 6,
-    moved: int = 6,
-    templates: int = 4,
+    looks: int = 3,
+    moved: int = 4,
+    templates: int = 2,
     seed: int = 1,
     threads: int = 1,
     progress: Progress | None = None,

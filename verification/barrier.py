@@ -16,8 +16,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.models import LOOKS
-from plots.pieces import entry, note
+from plots.pieces import MODEL_LOOKS, entry, note
 from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, snap
 from stripfold.base.errors import SolveError
@@ -172,7 +171,7 @@ def draw(data: xr.Dataset) -> Figure:
     fig = figure(6.6)
     energy, ratio, ends = fig.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0))
     distance = data["distance"].values
-    color = LOOKS["elastica"].color
+    color = MODEL_LOOKS["elastica"].color
     for height in data["gripper_height"].values:
         one = data.sel(gripper_height=height)
         width, largest = float(one["width"]), float(one["largest"])
@@ -186,7 +185,7 @@ def draw(data: xr.Dataset) -> Figure:
         text_at(ratio, (width, y[-1] / width**1.5), f"${height:g}\\,L^*$", (5, 0), ha="left", va="center", fontsize=7)
         for model, size in MODELS.items():
             found = one["model_coefficient"].sel(model=model)
-            style = {"color": LOOKS[model].color, "marker": LOOKS[model].marker, "ls": "none", "ms": size}
+            style = {"color": MODEL_LOOKS[model].color, "marker": MODEL_LOOKS[model].marker, "ls": "none", "ms": size}
             ratio.plot(distance.min(), found, **style, label=f"_{model}")
     shown = data.isel(gripper_height=data.sizes["gripper_height"] // 2)
     law = float(shown["coefficient"]) * distance**1.5
@@ -201,7 +200,9 @@ def draw(data: xr.Dataset) -> Figure:
     ratio.set_ylim(low, high + 0.1 * (high - low))
     ratio.sharex(energy)
     energy.set_xlim(right=8.0 * distance.max())
-    models = [entry(m, LOOKS[m].color, "none", marker=LOOKS[m].marker, ms=size) for m, size in MODELS.items()]
+    models = [
+        entry(m, MODEL_LOOKS[m].color, "none", marker=MODEL_LOOKS[m].marker, ms=size) for m, size in MODELS.items()
+    ]
     models.append(entry("sag touches", color, "none", marker="x", ms=5))
     ratio.legend(handles=models, loc="center right", fontsize=7, bbox_to_anchor=(1.0, 0.6))
     for name, (label, ls) in CURVES.items():

@@ -61,7 +61,8 @@ def run(length_star: float = 20.0, seed: int = 1, cases: int = 3, coarser: int =
     """Tables, and the errors of what the page draws, over ``place``; of no place where there is no Chromium.
 
     ``length_star``: the strip on the page.  ``seed``, ``cases``: of the gripper positions: so many of each kind, free
-    below and above the touch limit, in contact, folded.  ``coarser``: tables with so many times fewer heights.
+    below and above the touch limit, in contact, folded.  ``coarser``: tables have so many times fewer heights
+    and lengths.
     """
     tables = make_tables(coarser)
     browser = which("chromium") or which("chromium-browser") or which("google-chrome")
@@ -90,8 +91,9 @@ def make_tables(coarser: int = 1) -> xr.Dataset:
     lifted = zip(("height", "length", "angles"), lifted_states(HIGHEST + 2.0), strict=True)
     values |= {f"lifted_{name}": (("lifted_height", "node")[: found.ndim], found) for name, found in lifted}
     values["loop_angles"] = ("node", contact_states(1.0, 2).angles[-1, 0])
-    values["r_path_length"] = ("r_path_length", LENGTHS)
-    places = np.array([_middle(length) for length in LENGTHS])
+    lengths = LENGTHS[::coarser]
+    values["r_path_length"] = ("r_path_length", lengths)
+    places = np.array([_middle(length) for length in lengths])
     values["r_path"] = (("r_path_length", "r_path_place", "axis"), places)
     attrs = {"touch_limit": limit, "arc": loop.arc, "offset": loop.offset, "fold_height": loop.height}
     return dataset(values, attrs, units=UNITS)

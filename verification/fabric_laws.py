@@ -69,9 +69,9 @@ Law = tuple[Array, Array]
 def run(
     measured: str = "data/textile_moment_curvature.csv",
     areal_load: float = 13.6,
-    heights: Sequence[float] = (2.0, 3.0, 8.0),
+    heights: Sequence[float] = (3.0, 8.0),
     table: str = "data/fabrics.csv",
-    most: int = 2,
+    most: int = 1,
     flattest: Sequence[float] = (0.1, 0.3),
     height: float = 3.0,
     refinement: float = 0.7,

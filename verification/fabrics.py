@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.friction_needed import MOMENT
+from plots.all_materials import MOMENT
 from plots.pieces import LENGTH_TITLE, note
 from stripfold import elastica, paths
 from stripfold.ask.friction import bisected, estimate, lost_with

@@ -17,8 +17,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.models import LOOKS, draw_pareto, headroom, plain_numbers
-from plots.pieces import entry, note
+from plots.pieces import MODEL_LOOKS, draw_pareto, entry, headroom, note, plain_numbers
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.draw.colours import GREEN, GREY, PINK
@@ -122,10 +121,10 @@ class GeneralisedAlpha:
 
 SCHEMES: dict[str, Scheme] = {USED: EnergyMomentum(), CONSERVING: EnergyMomentum(0.0), ALPHA: GeneralisedAlpha()}
 COLOURS = {
-    ("rod", USED): LOOKS["rod"].color,
+    ("rod", USED): MODEL_LOOKS["rod"].color,
     ("rod", CONSERVING): GREEN,
     ("rod", ALPHA): PINK,
-    ("solid", USED): LOOKS["solid"].color,
+    ("solid", USED): MODEL_LOOKS["solid"].color,
 }
 """Of model and integrator."""
 
@@ -274,7 +273,7 @@ def draw(data: xr.Dataset) -> Figure:
         for x, y, (model, refinement, scheme, tolerance) in zip(seconds, error, ways, strict=True):
             fill = "full" if tolerance == 1e-5 else "top" if tolerance > 1e-5 else "bottom"
             style = {"color": COLOURS[model, scheme], "fillstyle": fill, "markerfacecoloralt": "white"}
-            ax.plot(x, y, LOOKS[model].marker, ms=5.0 * refinement**0.5, **style)
+            ax.plot(x, y, MODEL_LOOKS[model].marker, ms=5.0 * refinement**0.5, **style)
         draw_pareto(ax, seconds, error, uncertain)
         ax.set(xscale="log", yscale="log")
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$", loc="upper right")
@@ -283,7 +282,7 @@ def draw(data: xr.Dataset) -> Figure:
     panels[-1].set_xlabel("run time of the fall [s]")
     fig.supylabel(r"error of the first touch$\,/\,L^*$", fontsize=9.0)
     shown = dict.fromkeys((model, scheme) for model, _, scheme, _ in ways)
-    handles = [entry(f"{m}, {s}", COLOURS[m, s], "none", marker=LOOKS[m].marker, ms=5.0) for m, s in shown]
+    handles = [entry(f"{m}, {s}", COLOURS[m, s], "none", marker=MODEL_LOOKS[m].marker, ms=5.0) for m, s in shown]
     handles += [entry("Pareto front", GREY, lw=1.0), entry("uncertainty of the reference", GREY, ":", lw=0.8)]
     title = "large marks: long elements; upper half filled: longer time steps, lower half: shorter ones"
     legend_above(fig, handles, fontsize=6.5, title=title, title_fontsize=6.5)

@@ -18,7 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.friction_needed import MOMENT
+from plots.all_materials import MOMENT
 from plots.pieces import entry, look, note
 from stripfold import elastica
 from stripfold.ask.friction import LEAST_LYING
@@ -106,6 +106,7 @@ def run(
     moments: Sequence[float] = (0.005, 0.1, 0.3, 1.0),
     checked: float = 0.3,
     folded: Sequence[float] = (0.3,),
+    checks: Sequence[str] = tuple(CHECKS),
     yield_curvature: float = 0.05,
     step: float = 0.4,
     threads: int = 1,
@@ -114,8 +115,8 @@ def run(
     """The end of the motion over ``gripper_height`` and ``moment``, 0 among them.
 
     ``heights``, ``moments``: of the gripper, the first also for the checks; M_0, without 0, the smallest first.
-    ``checked``: M_0 of the checks.  ``folded``: M_0 with which an R-path is followed to its end.  ``yield_curvature``,
-    ``step``: kappa_y, 1/L*; largest step.
+    ``checked``: M_0 of the ``checks``, keys of :data:`CHECKS`.  ``folded``: M_0 with which an R-path is followed to its
+    end.  ``yield_curvature``, ``step``: kappa_y, 1/L*; largest step.
     """
     case = Case(length, thickness, yield_curvature, step)
     first, heights = heights[0], sorted(heights)
@@ -131,7 +132,7 @@ def run(
             vanishes[:, i] = _vanishing(case, z, moments[n - 2], moments[n - 1])
         if outcome[i, 1] == SNAP:
             small[i] = limit(fine, z, moments[0])["lambda_end"] - ends[i, 0]
-    checks = grid(partial(_checked, case, first, checked), ("rise",), {"check": list(CHECKS)}, threads)
+    rises = grid(partial(_checked, case, first, checked), ("rise",), {"check": checks}, threads)
     folds = grid(partial(_fold_height, case), ("fold_height",), {"folded": folded}, threads)
     return dataset(
         {
@@ -141,8 +142,8 @@ def run(
             "small_rise": ("gripper_height", small),
             "vanishes_above": ("gripper_height", vanishes[0]),
             "vanishes_below": ("gripper_height", vanishes[1]),
-            "check": checks["check"],
-            "checked_rise": ("check", checks["rise"][1] - ends[heights.index(first), 0]),
+            "check": rises["check"],
+            "checked_rise": ("check", rises["rise"][1] - ends[heights.index(first), 0]),
             "folded": folds["folded"],
             "fold_height": folds["fold_height"],
         },

@@ -16,7 +16,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from plots.friction_needed import MOMENT
+from plots.all_materials import MOMENT
 from plots.pieces import PATH_LOOKS, entry, look, note
 from stripfold import elastica
 from stripfold.base.arrays import Array
@@ -68,6 +68,7 @@ def run(
     moments: Sequence[float] = (0.3, 1.0),
     checked: float = 20.0,
     uncertainty: float = 0.2,
+    step: float = USUAL.step,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -75,10 +76,12 @@ def run(
 
     ``lengths``: ascending.  ``moments``: M_0, ascending, without 0.  ``checked``: length of the strips that are
     computed with halved elements and steps as well.  ``uncertainty``: relative uncertainty of eta_b of the band.
+    ``step``: along the path, L*.
     """
     axes: dict[str, Sequence[Any]] = {"path": list(PATHS), "length": lengths, "moment": [0.0, *moments]}
-    found = grid(partial(_touch, USUAL), ("touch_x", "fell"), axes, threads, progress)
-    finer = replace(USUAL, refinement=0.5, step=0.5 * USUAL.step)
+    usual = replace(USUAL, step=step)
+    found = grid(partial(_touch, usual), ("touch_x", "fell"), axes, threads, progress)
+    finer = replace(usual, refinement=0.5, step=0.5 * step)
     again = grid(partial(_touch, finer), ("touch_x",), axes | {"length": [checked]}, threads, progress)
     # A larger eta_b is a smaller L*.
     units = [(1.0 + sign * uncertainty) ** (-1.0 / 3.0) for sign in (-1.0, 1.0)]

@@ -8,7 +8,7 @@ Source: docs/physics.md, section 8.
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -28,7 +28,7 @@ from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
-from verification.common import Progress, dataset, grid, pooled
+from verification.common import Progress, dataset, pooled
 from verification.numbers import Facts, Number
 
 PATHS = ("r-path", "triangular", "circular", "low")
@@ -55,31 +55,42 @@ def run(
     long: float = 24.0,
     speeds: Sequence[float] = (0.4,),
     finer: Sequence[str] = ("circular",),
+    varied: Sequence[str] = PATHS,
+    refinement: float = 1.0,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Errors of the fold over ``path`` and ``mu``; at ``shown`` also over ``variant``, and the shapes.
+    """Errors of the fold over ``path`` and ``mu``, ``shown`` among these; there also over ``variant``, and the shapes.
 
     ``long``: another length.  ``speeds``: others of the gripper, on the circular path, sqrt(g L*).  ``finer``: paths
-    that are computed with elements and time steps half as long, too.
+    that are computed with elements and time steps half as long, too.  ``varied``: those of the other length and of the
+    friction of fabrics.  ``refinement``: factor on element lengths.
     """
-    values = grid(_numbers, VALUES, {"path": PATHS, "mu": coefficients}, threads, progress)
     variants: dict[str, tuple[Sequence[str], dict[str, Any]]] = {
         "usual": (PATHS, {}),
         "finer": (finer, {"finer": True}),
-        "long": (PATHS, {"length": long}),
+        "long": (varied, {"length": long}),
         "without": (("r-path",), {"length": long, "moment": 0.0}),
-        "fabric": (PATHS, {"moment": FABRIC}),
+        "fabric": (varied, {"moment": FABRIC}),
         **{f"{speed:g}": (("circular",), {"speed": speed}) for speed in speeds},
     }
-    asked = {(variant, path): how for variant, (paths, how) in variants.items() for path in paths}
-    calls = [partial(_numbers, path, shown, **how) for (_, path), how in asked.items()]
-    found = dict(zip(asked, pooled(operator.call, calls, threads), strict=True))
+    asked: dict[tuple[Any, str], Callable[[], dict[str, Any]]] = {
+        (variant, path): partial(_numbers, refinement, path, shown, **how)
+        for variant, (paths, how) in variants.items()
+        for path in paths
+    }
+    asked |= {
+        (mu, path): partial(_numbers, refinement, path, mu) for mu in coefficients if mu != shown for path in PATHS
+    }
+    found = dict(zip(asked, pooled(operator.call, asked.values(), threads, progress), strict=True))
     errors = [[found[v, path]["error"] if (v, path) in found else np.nan for path in PATHS] for v in variants]
     shapes = np.array([found["usual", path]["shape"] for path in PATHS])
+    keys = ["usual" if mu == shown else mu for mu in coefficients]
     return dataset(
         {
-            **values,
+            **{name: (("path", "mu"), [[found[key, path][name] for key in keys] for path in PATHS]) for name in VALUES},
+            "path": ("path", PATHS),
+            "mu": ("mu", coefficients),
             "variant": ("variant", list(variants)),
             "variant_error": (("variant", "path"), errors),
             "x": (("path", "node"), shapes[..., 0]),
@@ -90,6 +101,7 @@ def run(
 
 
 def _numbers(
+    refinement: float,
     name: str,
     mu: float,
     length: float = LENGTH,
@@ -101,7 +113,8 @@ def _numbers(
     fold = plan_r_path(length)
     path = fold.path if name == "r-path" else low(length, LOW) if name == "low" else GEOMETRIC[name](length)
     options = replace(TIME_OPTIONS, tolerance=HALF_STEP * TIME_OPTIONS.tolerance) if finer else TIME_OPTIONS
-    how: dict[str, Any] = {"damping": DAMPING, "speed": speed, "refinement": 0.5 if finer else 1.0, "options": options}
+    how: dict[str, Any] = {"damping": DAMPING, "speed": speed, "options": options}
+    how["refinement"] = refinement * (0.5 if finer else 1.0)
     closed = follow_in_time(StripModel(length, THICKNESS, kind="rod"), path, mu, moment, **how)
     after = opened(closed, DAMPING, options)
     end = mid_surfaces(after.states[-1:], np.zeros(1))[0][0]

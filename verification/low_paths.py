@@ -55,8 +55,8 @@ DAMPING = Damping(air=0.1, stiffness=0.06)
 
 
 def run(
-    cases: int = 24,
-    compared: int = 4,
+    cases: int = 12,
+    compared: int = 2,
     seed: int = 1,
     length_star: float = 14.0,
     thickness: float = 0.05,

@@ -12,11 +12,16 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
+from plots.pieces import MODEL_LOOKS, note, plain_numbers
 from stripfold import elastica
 from stripfold.ask.prediction import BEFORE, ElasticaPrediction
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
+from stripfold.draw.colours import GREY
+from stripfold.draw.style import figure, styled
 from stripfold.follow.contact_branch import STEPS, from_elastica
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.solve import continuation, critical
@@ -132,3 +137,34 @@ NUMBERS = {
     ),
 }
 # fmt: on
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw (a) the error over the element length, beside plain powers, (b) the time over the number of elements."""
+    fig = figure(4.8)
+    top, bottom = fig.subplots(2, 1)
+    for name in data["model"].values:
+        one = data.sel(model=name)
+        # Of the meshes up to the reference of the stored errors; that reference has an error of its own.
+        count = 1 + int(one["error"].notnull().sum())
+        size, lambda_c = one["size"].values[:count], one["lambda_c"].values
+        error = np.abs(lambda_c[:count] - lambda_c[min(count + 1, len(lambda_c) - 1)])
+        power = float(one["order"])
+        top.plot(size, error, **MODEL_LOOKS[name]._asdict(), label=name)
+        line = error[-1] * (size / size[-1]) ** round(power)
+        top.plot(size, line, color=MODEL_LOOKS[name].color, ls=":", lw=0.8, label=f"power {power:.0f}")
+        bottom.plot(one["elements"], one["seconds"], **MODEL_LOOKS[name]._asdict(), label=name)
+    elements, seconds = (data[name].isel(model=-1).values for name in ("elements", "seconds"))
+    bottom.plot(elements, seconds[-1] * elements / elements[-1], color=GREY, ls="--", lw=0.8, label="linear")
+    top.set(xlabel="element length off the floor $/\\,L^*$", ylabel=r"error of $\lambda_c\,/\,L^*$")
+    bottom.set(xlabel="elements", ylabel=r"run time of one $\lambda_c$ [s]")
+    note(top, f"(a) $z = {data.attrs['height_star']:g}\\,L^*$, $h = {data.attrs['thickness']:g}\\,L^*$")
+    note(bottom, "(b)")
+    for ax in (top, bottom):
+        ax.set(xscale="log", yscale="log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.legend(loc="lower right", fontsize=7)
+    plain_numbers(top.xaxis)
+    fig.align_ylabels()
+    return fig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import av
@@ -24,12 +25,12 @@ PIN = "import os\nos.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
 """The decoder starts later and inherits this: both share one core."""
 
 
-def run(frames: int = 400, repeats: int = 1) -> xr.Dataset:
-    """Measure an h264 film of about so many ``frames`` ``repeats`` times."""
+def run(frames: int = 400, repeats: int = 1, size: Sequence[int] = (1280, 720)) -> xr.Dataset:
+    """Measure an h264 film of about so many ``frames`` ``repeats`` times; ``size``: in pixels."""
     scene = Scene.of(
         {
             "speed": BEFORE / (frames / RATE - REST),
-            "filming": {"size": [1280, 720], "frame_rate": RATE, "codec": "mpeg4", "container": "mp4", "quality": 2},
+            "filming": {"size": list(size), "frame_rate": RATE, "codec": "mpeg4", "container": "mp4", "quality": 2},
             "motion": {"before": BEFORE, "after": 0.5},
             "title": "benchmark",
         }

@@ -11,11 +11,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from stripfold.ask.inputs import Law, Model, Scene
+from stripfold.ask.inputs import Scene
 from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.base.quantities import Accuracy, EtaB, EtaM, Gravity, Length, Nu, RhoA
-from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, Whole, quantity, read_yaml
+from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, quantity, read_yaml
 from verification import STUDIES
 
 Config = dict[str, Any]
@@ -24,16 +24,6 @@ HeightStar = Annotated[Number, quantity("gripper height", "L*", gt=0.0)]
 Refinement = Annotated[Number, quantity("element size over that of the standard mesh", gt=0.0)]
 Step = Annotated[Number, quantity("size of the steps along the path", "L*", gt=0.0)]
 Speed = Annotated[Number, quantity("speed of the gripper", "m s^-1", gt=0.0)]
-OneOrTwo = Annotated[Whole, quantity("1 or 2", ge=1, le=2)]
-
-
-class Solid(Input):
-    """How the solid is discretised."""
-
-    order: OneOrTwo = 2
-    elements_across: OneOrTwo = 1
-    law: Law = "svk"
-    accuracy: Accuracy = 1e-3
 
 
 Friction = Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g L*^2", ge=0.0)]
@@ -100,7 +90,7 @@ class Configuration(Input):
         "workflow/config/collapse.yaml"
     )
     gravity: Gravity = GRAVITY
-    solid: Solid = Solid()
+    accuracy: Annotated[Accuracy, Field(description="of lambda_c with the solid")] = 1e-3
     images: Annotated[
         Text, Field(description="folder of the public test pictures; without it the stored results are used")
     ] = "../shared/data"
@@ -154,22 +144,6 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
         _check_heights(config, material, at)
     _check_recordings(config)
     return config
-
-
-def scene(config: Config, material: Mapping[str, Any], height: float, model: Model = "solid") -> Scene:
-    """The scene of one of the configuration's materials at a gripper height in L*.
-
-    Raises InvalidInputError: a number that cannot be used.
-    """
-    return Scene(
-        length=material["length"],
-        height=height * Material(material["eta_b"], gravity=config["gravity"]).gravity_length,
-        **{key: material[key] for key in ("eta_b", "eta_m", "nu", "rho_a")},
-        model=model,
-        accuracy=config["solid"]["accuracy"],
-        law=config["solid"]["law"] if model == "solid" else "svk",
-        gravity=config["gravity"],
-    )
 
 
 def recording_folders(folder: Path, taken: Iterable[str]) -> list[str]:
@@ -244,9 +218,16 @@ def _check_recordings(config: Config) -> None:
 
 
 def _scene_at(config: Config, material: Config, height: float, at: str, height_key: str) -> Scene:
-    """The scene; its errors name the configuration's keys."""
-    with _named({"gravity": "gravity", "accuracy": "solid.accuracy", "height": height_key}, at):
-        return scene(config, material, height)
+    """The scene of a material at a gripper height in L*; its errors name the configuration's keys."""
+    with _named({"gravity": "gravity", "accuracy": "accuracy", "height": height_key}, at):
+        return Scene(
+            length=material["length"],
+            height=height * Material(material["eta_b"], gravity=config["gravity"]).gravity_length,
+            **{key: material[key] for key in ("eta_b", "eta_m", "nu", "rho_a")},
+            model="solid",
+            accuracy=config["accuracy"],
+            gravity=config["gravity"],
+        )
 
 
 @contextmanager

@@ -57,7 +57,7 @@ def main(snakemake):
                 pairs = zip(result, paths, strict=True) if isinstance(result, list) else [(result, snakemake.output[0])]
                 for data, path in pairs:
                     store.write(
-                        data.assign_attrs(seconds=seconds),
+                        data.assign_attrs({"seconds": seconds} | data.attrs),
                         path,
                         title=data.attrs.get("title") or title,
                         config=snakemake.config,

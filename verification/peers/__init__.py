@@ -20,8 +20,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots import models
-from plots.pieces import Look, note
+from plots.pieces import MODEL_LOOKS, Look, note
 from stripfold import elastica
 from stripfold.ask.critical import ELASTICA_ERROR
 from stripfold.base.errors import StripfoldError
@@ -328,7 +327,7 @@ NUMBERS = {
 
 LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
 PANELS = {"equilibrium": "(a) equilibrium", "critical": "(b) critical point"}
-LOOKS = models.LOOKS | {
+LOOKS = MODEL_LOOKS | {
     "felupe": Look(PINK, "D"), "mujoco": Look(ORANGE, "v"), "pyelastica": Look(SKY, "P"), "auto": Look(BLACK, "X"),
     f"solid{FLAT}": Look(GREY, "s"), f"rod{FLAT}": Look(GREY, "o"),
 }  # fmt: skip

@@ -1,8 +1,8 @@
 """Figures of the paper's runs and of the studies: stored datasets in, a matplotlib figure out; nothing is solved here.
 
-A figure is drawn by the function ``draw`` of the module of its name, which also says which datasets it takes.  The
-captions, in ``captions``, are for the gallery of all figures, ``docs/figures.md``, and for ``make report``.  Importing
-this package does not import matplotlib.
+A figure is drawn by the function ``draw_`` with its name, or by ``draw`` of its study, which also says which datasets
+it takes.  The captions, in ``captions``, are for the gallery of all figures, ``docs/figures.md``, and for ``make
+report``.  Importing this package does not import matplotlib.
 """
 
 from __future__ import annotations

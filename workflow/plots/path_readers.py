@@ -108,7 +108,7 @@ def post_critical(data: xr.Dataset) -> list[PostCriticalBranch]:
 
 
 def planned(data: xr.Dataset, path: str) -> Part:
-    """The states assumed on one of the paper's paths, from :func:`tasks.plans.dataset`."""
+    """The states assumed on one of the paper's paths, from :func:`tasks.folding.plans`."""
     return _part(chosen(data, "path", path), STATIC)
 
 

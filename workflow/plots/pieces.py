@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.offsetbox import AnchoredText
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from stripfold.base.arrays import Array
-from stripfold.draw.colours import BLACK, BLUE, GREEN, ORANGE, PINK, SKY, VERMILLION
+from stripfold.base.arrays import Array, Index
+from stripfold.draw.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILLION
 from stripfold.draw.style import CM, WIDTH, Point, Span
 
 ETA_TITLE = r"$\eta_b$ [m$^{-4}$ s$^2$]"
@@ -92,3 +95,33 @@ def note(ax: Axes, text: str, loc: str = "upper left") -> None:
     box = AnchoredText(text, loc=loc, frameon=False, pad=0.2, borderpad=0.2, prop={"size": 8.0})
     box.set_zorder(5)
     ax.add_artist(box)
+
+
+MODEL_LOOKS = {"elastica": Look(GREEN, "^"), "rod": Look(BLUE, "o"), "solid": Look(VERMILLION, "s")}
+
+
+def draw_pareto(ax: Axes, cost: Array, error: Array, uncertain: float) -> None:
+    """Draw the Pareto front of cost and error in grey, and dotted the uncertainty of the reference."""
+    best = pareto(cost, np.where(np.isfinite(error), error, np.inf))
+    ax.step(cost[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
+    ax.axhline(uncertain, color=GREY, ls=":", lw=0.8)
+
+
+def pareto(cost: Array, error: Array) -> Index:
+    """Indices of the runs, shape (n,) each, that no other beats in both, cheapest first."""
+    order = [int(i) for i in np.lexsort((error, cost)) if np.isfinite(cost[i])]
+    least = np.minimum.accumulate([np.inf, *error[order]])
+    return np.array([i for i, before in zip(order, least, strict=False) if error[i] < before], dtype=np.intp)
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Label a logarithmic axis of about a decade at 1, 2 and 5; labels of minor ticks would overlap."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def headroom(ax: Axes, share: float) -> None:
+    """Room above what is drawn on a logarithmic axis, as a share of its decades, for a note."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high * (high / low) ** share)

@@ -41,60 +41,37 @@ rule assess:
         "../script.py"
 
 
-rule low_path_film:
-    """The low path as a film."""
-    output:
-        in_report(f"{FIGURES}/low_path.mp4", "low_path_film", CATEGORIES["low_paths"]),
-    log:
-        f"{LOGS}/low_path_film.log",
-    benchmark:
-        f"{BENCHMARKS}/low_path_film/all.tsv"
-    resources:
-        mem_mb=1000,
-        runtime=10,
-    params:
-        **calls("tasks.folding:low_path_film", material=MATERIALS[SHOWN], gravity=config["gravity"]),
-    script:
-        "../script.py"
-
-
-rule two_folds:
-    """A triangular and a low path side by side, as a moving picture."""
-    output:
-        in_report(f"{FIGURES}/two_folds.gif", "two_folds", CATEGORIES["low_paths"]),
-    log:
-        f"{LOGS}/two_folds.log",
-    benchmark:
-        f"{BENCHMARKS}/two_folds/all.tsv"
-    resources:
-        mem_mb=1000,
-        runtime=10,
-    params:
-        **calls("tasks.folding:two_folds", material=MATERIALS[SHOWN], gravity=config["gravity"]),
-    script:
-        "../script.py"
-
-
-rule assessment:
-    """Table of the folding paths of all materials."""
+rule films:
+    """The collapse and the low path as films; a triangular and a low path side by side, as a moving picture."""
     input:
-        runs=expand(f"{RESULTS}/assess/{{material}}_{{path}}.nc", material=MATERIALS, path=PATHS),
+        collapse=rules.collapse.output[0],
     output:
-        f"{RESULTS}/assessment.nc",
+        collapse=in_report(f"{FIGURES}/collapse.mp4", "film", CATEGORIES["collapse"]),
+        low_path=in_report(f"{FIGURES}/low_path.mp4", "low_path_film", CATEGORIES["low_paths"]),
+        two_folds=in_report(f"{FIGURES}/two_folds.gif", "two_folds", CATEGORIES["low_paths"]),
     log:
-        f"{LOGS}/assessment.log",
+        f"{LOGS}/films.log",
     benchmark:
-        f"{BENCHMARKS}/assessment/all.tsv"
+        f"{BENCHMARKS}/films/all.tsv"
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
-        **calls("tasks.folding:assessment", title="folding paths assessed", labels=LABELS, paths=PATHS),
+        **calls(
+            "tasks.folding:films",
+            material=MATERIALS[SHOWN],
+            gravity=config["gravity"],
+            rate=5 if config["scale"] == "quick" else 30,
+        ),
     script:
         "../script.py"
 
 
 rule friction:
-    """Smallest internal friction that keeps one material on the R-path."""
+    """Smallest internal friction that keeps one material on the R-path, and its two ways out of it without."""
     output:
         f"{RESULTS}/friction/{{material}}.nc",
+        f"{RESULTS}/two_ways/{{material}}.nc",
     log:
         f"{LOGS}/friction_{{material}}.log",
     benchmark:
@@ -108,47 +85,26 @@ rule friction:
             "tasks.folding:friction",
             material=of_material,
             gravity=config["gravity"],
-            refinement=config["assessment"]["friction_refinement"],
-            step=config["assessment"]["step"],
+            **config["assessment"],
         ),
     script:
         "../script.py"
 
 
-rule two_ways:
-    """The two ways out of the R-path of one material without friction."""
-    output:
-        f"{RESULTS}/two_ways/{{material}}.nc",
-    log:
-        f"{LOGS}/two_ways_{{material}}.log",
-    benchmark:
-        f"{BENCHMARKS}/two_ways/{{material}}.tsv"
-    resources:
-        mem_mb=1000,
-        runtime=20,
-    params:
-        **calls(
-            "tasks.folding:two_ways",
-            material=of_material,
-            gravity=config["gravity"],
-            refinement=config["assessment"]["refinement"],
-        ),
-    script:
-        "../script.py"
-
-
-rule friction_table:
-    """Table of the friction that the R-path needs, all materials."""
+rule assessment:
+    """Tables of the folding paths of all materials, and of the friction that their R-paths need."""
     input:
-        runs=expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
+        runs=expand(f"{RESULTS}/assess/{{material}}_{{path}}.nc", material=MATERIALS, path=PATHS),
+        friction=expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
         ways=expand(f"{RESULTS}/two_ways/{{material}}.nc", material=MATERIALS),
     output:
-        f"{RESULTS}/friction.nc",
+        paths=f"{RESULTS}/assessment.nc",
+        friction=f"{RESULTS}/friction.nc",
     log:
-        f"{LOGS}/friction_table.log",
+        f"{LOGS}/assessment.log",
     benchmark:
-        f"{BENCHMARKS}/friction_table/all.tsv"
+        f"{BENCHMARKS}/assessment/all.tsv"
     params:
-        **calls("tasks.folding:friction_table", title="friction that an R-path needs", labels=LABELS),
+        **calls("tasks.folding:assessment", labels=LABELS, paths=PATHS),
     script:
         "../script.py"

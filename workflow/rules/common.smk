@@ -69,21 +69,5 @@ def code(call, wildcards=None):
     return [f"{'workflow/' if name.startswith('plots') else ''}{name.replace('.', '/')}.py"]
 
 
-def drawn_by(figure):
-    """The module that draws a figure: its own, or its study."""
-    own = Path(f"workflow/plots/{figure}.py").is_file()
-    return f"plots.{figure}" if own else f"verification.{STUDY_FIGURES[figure][0]}"
-
-
-def code_of(figure):
-    """The file of that module, as an input."""
-    name = drawn_by(figure)
-    return (
-        f"workflow/plots/{figure}.py"
-        if name.startswith("plots")
-        else str(file_of(name.removeprefix("verification.")).relative_to(workflow.basedir))
-    )
-
-
 def of_material(wildcards):
     return MATERIALS[wildcards.material]

@@ -14,9 +14,9 @@ rule x_axis:
         runtime=20,
     params:
         **calls(
-            "tasks.continuation:run_x_axis",
+            "tasks.x_axis:run",
             material=of_material,
-            solid=config["solid"],
+            accuracy=config["accuracy"],
             gravity=config["gravity"],
         ),
     script:
@@ -24,33 +24,20 @@ rule x_axis:
 
 
 rule critical_points:
-    """Table of the critical points of all materials."""
+    """Table of the critical points of all materials; those of the elastica in units of L*."""
     input:
         runs=expand(f"{RESULTS}/xaxis/{{material}}.nc", material=MATERIALS),
     output:
-        f"{RESULTS}/critical_points.nc",
+        points=f"{RESULTS}/critical_points.nc",
+        master=f"{RESULTS}/master_curve.nc",
     log:
         f"{LOGS}/critical_points.log",
     benchmark:
         f"{BENCHMARKS}/critical_points/all.tsv"
     params:
-        **calls("tasks.continuation:critical_points", title="critical points of all materials", labels=LABELS),
-    script:
-        "../script.py"
-
-
-rule master_curve:
-    """Critical points of the elastica in units of L*."""
-    output:
-        f"{RESULTS}/master_curve.nc",
-    log:
-        f"{LOGS}/master_curve.log",
-    benchmark:
-        f"{BENCHMARKS}/master_curve/all.tsv"
-    params:
         **calls(
-            "tasks.continuation:master_curve",
-            title="the elastica's master curve",
+            "tasks.x_axis:critical_points",
+            labels=LABELS,
             top=max(max(material["heights"]) for material in MATERIALS.values()),
         ),
     script:
@@ -71,25 +58,6 @@ rule collapse:
         mem_mb=1000,
         runtime=10,
     params:
-        **calls("tasks.collapse:collapse", title="a strip through its collapse"),
-    script:
-        "../script.py"
-
-
-rule film:
-    """The collapse as a film."""
-    input:
-        data=rules.collapse.output[0],
-    output:
-        in_report(f"{FIGURES}/collapse.mp4", "film", CATEGORIES["collapse"]),
-    log:
-        f"{LOGS}/film.log",
-    benchmark:
-        f"{BENCHMARKS}/film/all.tsv"
-    resources:
-        mem_mb=1000,
-        runtime=10,
-    params:
-        **calls("tasks.collapse:film"),
+        **calls("tasks.x_axis:collapse", title="a strip through its collapse"),
     script:
         "../script.py"

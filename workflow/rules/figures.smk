@@ -1,29 +1,28 @@
-# Every figure from stored files alone, as PNG and SVG. Figures from the same files share a process.
+# Every figure from stored files alone, as PNG and SVG: those of the paper's runs, and those of studies.
 
 RUN = f"{RESULTS}/xaxis/{SHOWN}.nc"
 ASSESSED = {path: f"{RESULTS}/assess/{SHOWN}_{path}.nc" for path in PATHS}
 WAYS, HELD = f"{RESULTS}/two_ways/{SHOWN}.nc", f"{RESULTS}/friction/{SHOWN}.nc"
 PLANS, COLLAPSE = rules.plans.output[0], rules.collapse.output[0]
-POINTS, MASTER = rules.critical_points.output[0], rules.master_curve.output[0]
-# What each figure is drawn from, in the order its function takes it, by the rule that draws it.
-SOURCES = {
-    "x_axis_figures": {"geometry": [RUN], "motion": [RUN], "deflection": [RUN]},
-    "collapse_figures": {"collapse": [COLLAPSE], "collapse_curve": [COLLAPSE], "energy": [COLLAPSE]},
-    "critical_figures": {"paths": [POINTS], "critical_points": [POINTS], "master_curve": [POINTS, MASTER]},
-    "plan_figures": {"folding": [PLANS], "planned_paths": [PLANS]},
-    "path_figures": {
+POINTS, MASTER = rules.critical_points.output
+RECORDINGS, FRAMES = rules.recordings.output
+ASSESSMENT, FRICTION = rules.assessment.output
+# What each figure is drawn from, in the order its function takes it, by the module that draws it.
+PAPER_FIGURES = {
+    "x_axis": {"geometry": [RUN], "motion": [RUN], "deflection": [RUN]},
+    "through_collapse": {"collapse": [COLLAPSE], "energy": [COLLAPSE]},
+    "heights": {"paths": [POINTS], "critical_points": [POINTS], "master_curve": [POINTS, MASTER]},
+    "on_paths": {
+        "folding": [PLANS],
+        "planned_paths": [PLANS],
         "evolutions": [*(ASSESSED[path] for path in ("r-path", "triangular", "circular")), PLANS],
+    },
+    "r_path": {
         "rpath_friction": [ASSESSED["r-path"], WAYS, HELD, PLANS],
         "rpath_curve": [ASSESSED["r-path"], WAYS, HELD, PLANS],
     },
-    "material_figures": {
-        "touch_error": [rules.assessment.output[0]],
-        "friction_needed": [rules.friction_table.output[0]],
-    },
-    "recording_figures": {
-        "measured": [rules.recordings.output[0]],
-        "real_paths": [rules.recordings.output[0], rules.frames.output[0]],
-    },
+    "all_materials": {"touch_error": [ASSESSMENT], "friction_needed": [FRICTION]},
+    "filmed": {"measured": [RECORDINGS], "real_paths": [RECORDINGS, FRAMES]},
 }
 # Those of studies: a name is a study, or the table of the friction that R-paths need.
 STUDY_FIGURES = {
@@ -42,13 +41,23 @@ STUDY_FIGURES = {
     "friction_touch": ["friction_touch", "fabrics"],
     "work_precision": ["accuracy"],
 }
+FILES = STUDY_FILES | {"friction": FRICTION}
 
 
-FILES = STUDY_FILES | {"friction": rules.friction_table.output[0]}
+# For each figure the function that draws it, and its files. Those of a module share a process, in a quick run all.
+SOURCES = {
+    f"{module}_figures": {name: (f"plots.{module}:draw_{name}", files) for name, files in figures.items()}
+    for module, figures in PAPER_FIGURES.items()
+}
+SOURCES["through_collapse_figures"]["collapse_curve"] = "stripfold.draw.collapse_curve:draw", [COLLAPSE]
+if config["scale"] == "quick":
+    SOURCES = {
+        "paper_figures": {name: drawn for figures in SOURCES.values() for name, drawn in figures.items()}
+    }
 SOURCES["study_figures"] = {
-    figure: [FILES[name] for name in names]
-    for figure, names in STUDY_FIGURES.items()
-    if set(names) <= set(FILES)
+    name: (f"verification.{studies[0]}:draw", [FILES[study] for study in studies])
+    for name, studies in STUDY_FIGURES.items()
+    if {*studies} <= {*FILES}
 }
 PLOTS = sorted(map(str, Path("workflow/plots").glob("*.py")))
 FIGURE_FILES = expand(
@@ -79,8 +88,8 @@ for rule_name, figures in SOURCES.items():
         name:
             rule_name
         input:
-            sorted({str(file) for files in figures.values() for file in files}),
-            code=PLOTS + [code_of(name) for name in figures if name in STUDY_FIGURES],
+            sorted({str(file) for _, files in figures.values() for file in files}),
+            code=PLOTS + (STUDY_CODE if rule_name == "study_figures" else []),
         output:
             png=expand(f"{FIGURES}/{{name}}.png", name=figures),
             svg=[in_report(f"{FIGURES}/{name}.svg", name, CATEGORIES[name]) for name in figures],
@@ -92,12 +101,12 @@ for rule_name, figures in SOURCES.items():
             **calls("tasks.figures:figures"),
             drawings=[
                 {
-                    "module": drawn_by(name),
+                    "draw": draw,
                     # A rule's output refers to the rule, which no other process can be given.
                     "files": [str(file) for file in files],
                     "options": {"material": SHOWN} if name == "paths" else {},
                 }
-                for name, files in figures.items()
+                for name, (draw, files) in figures.items()
             ],
         message:
             f"Figures {', '.join(figures)}."

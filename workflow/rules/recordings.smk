@@ -67,43 +67,23 @@ for batch, names in BATCHES.items():
             "../script.py"
 
 
+# Three frames of one film, for a figure: a slow one of the material that is shown, or of the first that is filmed.
+FRAMED = next((name for name in SYNTHETIC if SYNTHETIC[name]["material"] == SHOWN), list(SYNTHETIC)[0])
+
+
 rule recordings:
-    """Table of lambda measured in all recordings."""
+    """Table of lambda measured in all recordings, and three frames of a synthetic one."""
     input:
         measured=expand(f"{RESULTS}/measured/{{recording}}.nc", recording=[*SYNTHETIC, *REAL]),
+        shown=FOLDERS[FRAMED],
     output:
-        f"{RESULTS}/recordings.nc",
+        table=f"{RESULTS}/recordings.nc",
+        frames=f"{RESULTS}/frames.nc",
     log:
         f"{LOGS}/recordings.log",
     benchmark:
         f"{BENCHMARKS}/recordings/all.tsv"
     params:
-        **calls(
-            "tasks.recordings:table",
-            title="lambda measured in recordings",
-            names=[*SYNTHETIC, *REAL],
-            materials=MATERIALS,
-        ),
-    script:
-        "../script.py"
-
-
-# Three frames of one film, for a figure: a slow one of the material that is shown, or of the first that is filmed.
-FRAMED = next((name for name in SYNTHETIC if SYNTHETIC[name]["material"] == SHOWN), list(SYNTHETIC)[0])
-
-
-rule frames:
-    """Three frames of one synthetic recording."""
-    input:
-        folder=FOLDERS[FRAMED],
-        measured=f"{RESULTS}/measured/{FRAMED}.nc",
-    output:
-        f"{RESULTS}/frames.nc",
-    log:
-        f"{LOGS}/frames.log",
-    benchmark:
-        f"{BENCHMARKS}/frames/all.tsv"
-    params:
-        **calls("tasks.recordings:frames", title="frames of a synthetic recording"),
+        **calls("tasks.recordings:table", names=[*SYNTHETIC, *REAL], materials=MATERIALS, framed=FRAMED),
     script:
         "../script.py"

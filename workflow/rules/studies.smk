@@ -25,33 +25,46 @@ STUDY_FILES = {
     if name != "paper" and Path(NEEDED.get(name, ".")).exists()
 }
 STUDY_CODE = [str(path) for path in sorted(Path("verification").rglob("*.py")) if ".venv" not in path.parts]
+# Those of a quick run share a few processes: most of the time of a small one is its start.
+TOGETHER = 4
+STUDY_BATCHES = (
+    {f"studies_{i + 1}": list(STUDY_FILES)[i::TOGETHER] for i in range(TOGETHER)}
+    if config["scale"] == "quick"
+    else {name: [name] for name in STUDY_FILES}
+)
 
-for study_name, study_file in STUDY_FILES.items():
+for batch, names in STUDY_BATCHES.items():
 
     rule:
         name:
-            study_name
+            batch
         input:
-            code=[str(file_of(study_name).relative_to(workflow.basedir)), "verification/common.py"],
+            code=[
+                *(str(file_of(name).relative_to(workflow.basedir)) for name in names),
+                "verification/common.py",
+            ],
         output:
-            study_file,
+            [STUDY_FILES[name] for name in names],
         log:
-            f"{LOGS}/{study_name}.log",
+            f"{LOGS}/{batch}.log",
         benchmark:
-            f"{BENCHMARKS}/studies/{study_name}.tsv"
-        threads: ALL_CORES if study_name in TIMED | SHARED and config["scale"] != "quick" else 1
+            f"{BENCHMARKS}/studies/{batch}.tsv"
+        priority: 3 if len(names) > 1 else 0
+        threads: ALL_CORES if TIMED | SHARED >= {*names} else 1
         resources:
-            mem_mb=4000 if "recordings" in study_name else 2000,
+            mem_mb=4000 if "recordings_accuracy" in names else 2000,
             runtime=120,
         params:
-            **calls(
-                f"verification.{study_name}:run",
-                title=title_of(study_name),
-                **({"images": config["images"]} if study_name in PICTURED else {}),
-                **config["studies"].get(study_name, {}),
-            ),
+            **calls("verification:run"),
+            studies={
+                name: {
+                    **({"images": config["images"]} if name in PICTURED else {}),
+                    **config["studies"].get(name, {}),
+                }
+                for name in names
+            },
         message:
-            f"Study {study_name}."
+            f"Studies: {', '.join(names)}."
         script:
             "../script.py"
 

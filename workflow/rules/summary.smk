@@ -3,13 +3,13 @@
 
 SUMMARISED = {
     **STUDY_FILES,
-    "points": rules.critical_points.output[0],
-    "master": rules.master_curve.output[0],
+    "points": rules.critical_points.output.points,
+    "master": rules.critical_points.output.master,
     "collapse": rules.collapse.output[0],
     "plans": rules.plans.output[0],
-    "assessment": rules.assessment.output[0],
-    "friction": rules.friction_table.output[0],
-    "recordings": rules.recordings.output[0],
+    "assessment": rules.assessment.output.paths,
+    "friction": rules.assessment.output.friction,
+    "recordings": rules.recordings.output.table,
 }
 
 

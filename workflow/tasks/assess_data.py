@@ -42,7 +42,7 @@ MAX_STATES = 60
 """States kept of one fall; the strip's way between two neighbours is about the same."""
 PATHS = ("r-path", "triangular", "circular")
 
-NUMBERS = (
+NUMBERS = [
     "critical_points",
     "critical_travelled",
     "critical_x",
@@ -64,7 +64,7 @@ NUMBERS = (
     "peak_hold",
     "relative_length",
     "completed",
-)
+]
 """Numbers of an assessment, stored as attributes of its file."""
 
 

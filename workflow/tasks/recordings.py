@@ -94,12 +94,17 @@ def scene_of(
 
 
 def table(
-    measured: Sequence[xr.Dataset], names: Sequence[str], materials: Mapping[str, Mapping[str, Any]]
-) -> xr.Dataset:
-    """The measured recordings, with the frictionless model's lambda_c at the same height.
+    measured: Sequence[xr.Dataset],
+    shown: Path,
+    names: Sequence[str],
+    materials: Mapping[str, Mapping[str, Any]],
+    framed: str,
+) -> list[xr.Dataset]:
+    """The measured recordings, with the frictionless model's lambda_c at the same height; frames of one.
 
     ``measured``, ``names``: datasets of measured recordings, and their names.  ``materials``: entries of the
-    configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.
+    configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.  ``shown``,
+    ``framed``: folder and name of the recording of which frames are stored.
     """
     stored = ("eta_b", "gripper_height", "lambda_event", "lambda_low", "lambda_high", "snapped")
     columns = {name: np.array([float(data[name]) for data in measured]) for name in stored}
@@ -113,7 +118,11 @@ def table(
     values: dict[str, tuple[Any, Any]] = {name: ("recording", column) for name, column in columns.items()}
     tracks = np.array([_track(data) for data in measured]).reshape(-1, SAMPLES, 2)
     values |= {"track": (("recording", "sample", "axis"), tracks), "axis": ("axis", ["lambda", "z"])}
-    return dataset(values | {"recording": ("recording", list(names))}, units=UNITS)
+    found = dataset(values | {"recording": ("recording", list(names))}, units=UNITS)
+    return [
+        found.assign_attrs(title="lambda measured in recordings"),
+        frames(shown, measured[list(names).index(framed)]).assign_attrs(title="frames of a synthetic recording"),
+    ]
 
 
 def _track(data: xr.Dataset) -> Array:

@@ -7,13 +7,17 @@ Stored in SI.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stripfold import elastica
+from stripfold.ask import collapse as through_collapse
 from stripfold.ask import select_model
+from stripfold.ask.inputs import Simulation
 from stripfold.base.arrays import Array
+from stripfold.base.errors import StripfoldError
 from stripfold.base.material import Material
 from stripfold.files import schema
 from stripfold.files.schema import Variable
@@ -21,6 +25,7 @@ from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.statics import StripModel, along_x, lift
 from stripfold.follow.track import End, Track, node_weights
 from stripfold.solve.critical import CriticalPoint
+from tasks import material_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,25 +183,61 @@ def _end_tangent(s: Array, middle: Array) -> Array:
     return np.asarray(-slope / np.linalg.norm(slope))
 
 
-def run(
-    material: Material,
-    length: float,
-    heights: Sequence[float],
-    refinement: float = 1.0,
-    progress: Callable[[str], None] | None = None,
-    **solid: object,
-) -> xr.Dataset:
-    """The x-axis study of one material.
+def run(material: Mapping[str, Any], accuracy: float, gravity: float, progress: Callable[[str], None]) -> xr.Dataset:
+    """The x-axis study of a material at all its heights; ``accuracy``: of lambda_c, relative.
 
-    ``material``: the strip's material; ``length``: length of the strip, m; ``heights``: gripper heights in units of L*;
-    ``refinement``: factor on all element lengths; ``solid``: further options of :class:`.StripModel`.
+    Raises StripfoldError: a branch breaks what every branch must obey.
     """
-    unit = material.gravity_length
-    strip = StripModel(length / unit, material.relative_thickness, material.nu, **solid)  # type: ignore[arg-type]
-    return dataset(material, length, at_heights(strip, heights, refinement, progress))
+    strip, length = material_of(material, gravity), material["length"]
+    model = StripModel(length / strip.gravity_length, strip.relative_thickness, strip.nu)
+    heights = [*material["touching_heights"], *material["heights"]]
+    data = dataset(strip, length, at_heights(model, heights, select_model.refinement("solid", accuracy), progress))
+    check_branch(data)
+    return data.assign_attrs(title=f"x-axis continuation, {material['label']}")
 
 
-PER_HEIGHT = (
+GAP = 1e-9
+"""Largest penetration of the floor, L*."""
+FORCE = 1e-4
+"""Largest unbalanced force, rho_a g L*; the rounding of a thin strip's unknowns sets it (docs/method.md)."""
+
+
+def check_branch(run: xr.Dataset) -> None:
+    """Refuse a dataset of :func:`run` that breaks what every branch must obey.
+
+    Raises StripfoldError: with the list of what is broken, and at which heights.
+    """
+    unit = run.attrs["gravity_length"]
+    force = run.attrs["rho_a"] * run.attrs["gravity"] * unit
+    snap = run["snap"].values > 0
+    lam, negatives = run["advance"].values, run["negatives"].values
+    exists = np.isfinite(lam)
+    before = exists & (np.cumsum(negatives > 0, axis=1) == 0)
+    steps = np.where(before[:, 1:], np.diff(lam, axis=1), np.nan)
+    lower, found, upper = (run[f"lambda_c{end}"].values for end in ("_lower", "", "_upper"))
+    broken = {
+        "a value is missing": np.any(exists & ~np.isfinite(run["residual"].values), axis=1),
+        "the floor is penetrated": np.any(run["minimal_gap"].values < -GAP * unit, axis=1),
+        "a state is not in equilibrium": np.any(run["residual"].values > FORCE * force, axis=1),
+        "the branch starts unstable": negatives[:, 0] > 0,
+        "there is no unstable point past a snap": snap & ~np.any(negatives > 0, axis=1),
+        "lambda_c has no bracket around it": snap
+        & ~((lower <= found) & (found <= upper) & (upper - lower <= 2e-6 * unit)),
+        "lambda exceeds lambda_c by more than its error": snap
+        & (np.nanmax(lam, axis=1) > (run["lambda_end"] + run["lambda_error"]).values),
+        "lambda falls by more than a contact step before the end": np.any(steps < -0.05 * unit, axis=1),
+        "lambda_c is given without a snap": ~snap & np.isfinite(run["lambda_c"].values),
+    }
+    failures = [
+        f"{what} at z/L* = {', '.join(f'{z:g}' for z in run['gripper_height'].values[where] / unit)}"
+        for what, where in broken.items()
+        if np.any(where)
+    ]
+    if failures:
+        raise StripfoldError("the branches break what they must obey: " + "; ".join(failures))
+
+
+PER_HEIGHT = [
     "snap",
     "lambda_0",
     "lambda_c",
@@ -208,7 +249,7 @@ PER_HEIGHT = (
     "lambda_error",
     "free_length",
     "gripper_height",
-)
+]
 PER_MATERIAL = ("eta_b", "eta_m", "gravity_length", "thickness", "length")
 STAR = {
     "z": Variable("1", "gripper height / L*", "z / L*"),
@@ -218,11 +259,20 @@ STAR = {
 """Variables of the master curve: in L*."""
 
 
-def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
-    """Per material and height what the x-axis study found; rows padded with nan.
+def critical_points(runs: Sequence[xr.Dataset], labels: Mapping[str, str], top: float) -> list[xr.Dataset]:
+    """The critical points of all materials; those of the elastica from the touch limit to beyond ``top``, L*.
 
-    ``runs``: datasets of :func:`run` by the material's name; ``labels``: how figures call each material.
+    ``labels``: how figures call the materials of ``runs``, by their names.
     """
+    heights = [elastica.touch_limit() + 1e-6, *np.arange(1.65, top + 0.25, 0.05)]
+    return [
+        of_all(dict(zip(labels, runs, strict=True)), labels).assign_attrs(title="critical points of all materials"),
+        master_curve(heights).assign_attrs(title="the elastica's master curve"),
+    ]
+
+
+def of_all(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
+    """Per material and height what the x-axis study found; rows padded with nan."""
     names = list(runs)
     n = max(run.sizes["gripper_height"] for run in runs.values())
 
@@ -255,3 +305,8 @@ def master_curve(heights: Sequence[float]) -> xr.Dataset:
         "free_length": ("z", [point.length for point in points]),
     }
     return schema.dataset(values, {"touch_limit": elastica.touch_limit()}, table=STAR)
+
+
+def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:
+    """One strip through its collapse."""
+    return through_collapse.run(Simulation.read(scene), progress)

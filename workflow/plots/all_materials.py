@@ -1,4 +1,4 @@
-"""First touch on each path against its places of reference, over the length of the strip."""
+"""Folding paths of all materials over the length of the strip: first touches, and the friction that is needed."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.pieces import LENGTH_TITLE, PATH_LOOKS, PATH_STYLES, Look, entry
+from plots.pieces import LENGTH_TITLE, PATH_LOOKS, PATH_STYLES, Look, entry, note
 from stripfold.base.arrays import Array, Mask
-from stripfold.draw.colours import BLACK, GREY, LYING
+from stripfold.draw.colours import BLACK, FRICTION, GREY, LYING, SKY
 from stripfold.draw.style import figure, legend_above, styled, text_at
 
 PLACES = {
@@ -21,7 +21,7 @@ PLACES = {
 
 
 @styled
-def draw(data: xr.Dataset) -> Figure:
+def draw_touch_error(data: xr.Dataset) -> Figure:
     """Draw the first touch less the planned one of the R-path, in L*, with its error, over the strip's length in L*.
 
     Hollow where the strip was laid down without a fall.  Lines: where the finished fold lands, and the fold line.
@@ -64,3 +64,37 @@ def draw_points(ax: Axes, x: Array, y: Array, look: Look, filled: Mask, name: st
     for chosen, fill, kind in ((filled, look.color, "filled"), (~filled, "white", "hollow")):
         own = order[chosen[order]]
         ax.plot(x[own], y[own], look.marker, color=look.color, mfc=fill, zorder=3, label=f"_{name}-{kind}")
+
+
+PULL, MOMENT = r"pull: $k_f\,\Delta s\,/\,g$", r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
+LAWS = {"pull": (PULL, Look(FRICTION, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}
+RATIOS = {"ratio_max": ("largest", Look(BLACK, "^")), "ratio_median": ("median", Look(SKY, "v"))}
+
+
+@styled
+def draw_friction_needed(data: xr.Dataset) -> Figure:
+    """Draw over the length in L* (a) the friction that suffices, by either law, (b) pulling force over gripper force.
+
+    ``data`` is from :func:`tasks.friction.table`.
+    """
+    unit, length = (data[name].values for name in ("gravity_length", "relative_length"))
+    # k_f is stored in g/L*.
+    factor = {"pull": data["step"].values / unit, "hysteresis": 1.0}
+    suffices = {law: factor[law] * data["suffices"].sel(law=law).values for law in LAWS}
+    ratios = {name: data[name].sel(law="pull").values for name in RATIOS}
+    fig = figure(4.6)
+    top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(1.3, 1.0))
+    for ax, values, looks in ((top, suffices, LAWS), (bottom, ratios, RATIOS)):
+        for name, (label, look) in looks.items():
+            ax.plot(length, values[name], look.marker, color=look.color, mfc="none", label=label)
+        ax.set_ylim(0.0, 1.25 * ax.dataLim.y1)  # room for the letter
+        ax.legend(loc="lower right", fontsize=7)
+        for place in zip(length, np.min(list(values.values()), axis=0), data["material"].values, strict=True):
+            text_at(ax, place[:2], str(place[2]), (0, -4), va="top", fontsize=7)
+    top.margins(x=0.1)
+    top.set_ylabel("friction that suffices")
+    bottom.set(xlabel=LENGTH_TITLE, ylabel="pull$\\,/\\,$gripper force")
+    note(top, "(a)")
+    note(bottom, "(b) up to the first touch")
+    fig.align_ylabels()
+    return fig
