@@ -25,7 +25,7 @@ OTHER = "another board"
 
 
 class Seen(NamedTuple):
-    """One picture: its name, whether the board was found, what it shows otherwise, and its corners' RMS error, pixels."""
+    """One picture: name, whether the board was found, what it shows otherwise, RMS error of its corners, pixels."""
 
     name: str
     found: bool
