@@ -53,8 +53,7 @@ MAX_HIDDEN = 0.6
 ROOM = 0.4
 """How far around the loop other things are looked for, L*."""
 MAX_BESIDE = 0.1
-"""Largest area there of what is connected with the strip but not a part of it, relative to the strip's: in 5 of 6 drawn
-shadows it is larger, and 0.8 or more in those that make eta_b 1.5 to 2.4 times too high; without any it is 0."""
+"""Largest area there of what is connected with the strip but not a part of it, over the strip's: shadows are larger."""
 NEEDED = "a strip folded in half that lies on a table, seen from the side, with light through its loop"
 ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
 
@@ -267,10 +266,7 @@ def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -
 
 def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask) -> float:
     """Intersection over union of a hole and that of a loop."""
-    outline = place.of(inside_of(min(width / place.unit, MAX_THICKNESS))) - [
-        where[1].start,
-        where[0].start,
-    ]
+    outline = place.of(inside_of(min(width / place.unit, MAX_THICKNESS))) - [where[1].start, where[0].start]
     room = int(0.25 * max(hole.shape)) + 1
     grown = np.pad(hole, room)
     other = np.zeros(grown.shape, np.uint8)
@@ -279,13 +275,9 @@ def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask)
 
 
 def _robust(slopes: Array, offset: Array, thickness: tuple[float, float]) -> tuple[Array, Array, float]:
-    """Least squares with Cauchy weights and priors of the last two unknowns.
+    """Least squares with Cauchy weights and priors: of ``thickness``, with its sd, and of a shift of all sections.
 
-    These are the ``thickness``, a value and its standard deviation, and a shift common to all sections.
-
-    Returns
-    -------
-    The change of the unknowns, its covariance, and the degrees of freedom: neighbours that are correlated count once.
+    Returns the change of the unknowns, its covariance, and the degrees of freedom: correlated neighbours count once.
     """
     design = np.vstack([slopes, np.eye(6)[4:]])
     values = np.concatenate([offset, [thickness[0], 0.0]])
@@ -344,13 +336,8 @@ class Place:
     def slopes(self, points: Array, across: Array) -> Array:
         """Change of pixels of ``points`` along ``across`` by that of the unknowns in :meth:`moved`, shape (n, 4)."""
         arm = points - [self.x, self.y]
-        return np.column_stack(
-            [
-                np.einsum("ij,ij->i", arm, across),
-                across,
-                across[:, 1] * arm[:, 0] - across[:, 0] * arm[:, 1],
-            ]
-        )
+        turning = across[:, 1] * arm[:, 0] - across[:, 0] * arm[:, 1]
+        return np.column_stack([np.einsum("ij,ij->i", arm, across), across, turning])
 
 
 @cache

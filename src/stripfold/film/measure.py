@@ -132,7 +132,7 @@ class RecordingMeasurement(Result):
 
     @property
     def snap(self) -> bool:
-        """True if there was a snap; without one ``lambda_event`` is the largest lambda, a lower bound."""
+        """Whether there was a snap; without one ``lambda_event`` is the largest lambda, a lower bound."""
         return self.snapped
 
     @property
@@ -332,11 +332,11 @@ def _evaluate(
         if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, offset_sd, *parts.values()):
             flags.append(Flag(WARNING, f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event"))
     parts["flat_end"] = flat_end_sd
-    if snapped and abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
-        text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
-        flags.append(Flag(NOTE, text))
     if not snapped:
         flags.append(Flag(NOTE, "no snap: lambda_c lies beyond the farthest place of the gripper"))
+    elif abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
+        text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
+        flags.append(Flag(NOTE, text))
     event = by_video if clock is None else by_log
     place_sd = flat_end_sd, offset_sd, mapping_sd
     eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, place_sd)
@@ -365,7 +365,7 @@ def _evaluate(
 
 
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:
-    """Flags where the film differs from its description; see also :func:`.description.compare`."""
+    """Flags where the film differs from its description; see also :func:`.recording.compare`."""
     flags = []
     length = recording.entries.strip.length
     z = tracks.gripped_end[tracks.gripper.tracked, 1]

@@ -44,11 +44,9 @@ MIN_PEAK_SIGMA = 8.0
 MIN_PEAK_SHARE = 0.5
 """Least height of a peak above u_0, as a share of the largest: lower ones are ripples, swings or passing objects."""
 PEAK_END = 0.35
-"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up, or the jump of a frame
-that shows the strip late."""
+"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up, or a late frame."""
 SETTLING_TIME = 0.1
-"""For how long after its start, as a window sees it, the gripper's motion is left out, s: the strip swings.  The middle
-of the first window of the speed is then 0.35 s after the start, from where u_0 is taken by its definition."""
+"""For how long after its start, as a window sees it, the gripper's motion is left out, s: the strip swings."""
 RETURN_TIME, MIN_NET_MOTION = 0.4, 0.5
 """A snap is irreversible: for so long after a burst of speed, s, this share of its path must remain."""
 LYING_HEIGHT = 0.1
