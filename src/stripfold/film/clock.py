@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SynchronisationError
@@ -172,13 +171,7 @@ def _rough_offset(time: Array, x: Array, log: RobotLog, ratio: float) -> tuple[f
     offsets = np.linspace(low, high, min(_MAX_OFFSETS, int((high - low) / (every * period)) + 2))
     parts = np.array_split(offsets, -(-len(offsets) // 100))  # bounds the memory
     offset = float(offsets[np.argmin(np.concatenate([_cost(t, some_x, log, ratio, part) for part in parts]))])
-
-    def cost(value: float) -> float:
-        return min(float(_cost(time, x, log, ratio, np.array([value]))[0]), 1e300)
-
-    step = 2.0 * max((np.ptp(log.time) + np.ptp(time)) / _MAX_OFFSETS, period)
-    found = minimize_scalar(cost, bounds=(offset - step, offset + step), method="bounded", options={"xatol": 1e-4})
-    return float(found.x) if found.fun <= cost(offset) else offset, period
+    return offset, max(float(offsets[1] - offsets[0]), period)
 
 
 def _fine_offset(
