@@ -69,7 +69,7 @@ class Shift(NamedTuple):
             raise MeasurementError(error.source, found, "a camera that stands still", ADVICE) from error
 
 
-def between(first: Array, second: Array) -> Shift:
+def between(first: Array | Picture, second: Array | Picture) -> Shift:
     """Estimate the shift of what both pictures show, from the first to the second, shape (h, w)."""
     before, after = _structure(first), _structure(second)
     corners = cv2.goodFeaturesToTrack(before, CORNERS, QUALITY, APART)
@@ -90,7 +90,7 @@ def between(first: Array, second: Array) -> Shift:
     return Shift(x, y, bool(np.hypot(x, y) >= MOVED))
 
 
-def _structure(picture: Array) -> Picture:
+def _structure(picture: Array | Picture) -> Picture:
     """A picture's logarithm without what is finer than :data:`FINE` or coarser than :data:`COARSE`, in grey levels."""
     light = np.asarray(picture, np.float32) + np.float32(4.0)  # dark noise has no large logarithm
     fine = cv2.GaussianBlur(light, (0, 0), FINE)

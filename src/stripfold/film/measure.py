@@ -26,7 +26,7 @@ from stripfold.film.clock import Clock, read_log, synchronise
 from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
 from stripfold.film.recording import ManualOnset, Recording, compare
-from stripfold.film.snap import Landed, Speed
+from stripfold.film.snap import Speed
 from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Tracks, track
 
 if TYPE_CHECKING:
@@ -287,7 +287,7 @@ def _evaluate(
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
     landed = snap.landed(points, gripper.height)
-    if tracks.lost is not None and not landed.last:
+    if tracks.lost is not None and not landed[-1]:
         raise tracks.lost
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
@@ -397,10 +397,10 @@ def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
     return tracks.strip_time[used], points[:, raised]
 
 
-def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: Landed) -> tuple[bool, float]:
+def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: tuple[bool, bool]) -> tuple[bool, float]:
     """Whether there was a snap, and the time of its onset; without a snap the end of the film, s.
 
-    Without a burst of speed, a strip that has ``landed`` lost its stability before the film or, too fast, in it.
+    Without a burst of speed, a strip that has ``landed``, first or last, lost its stability before the film, or in it.
     """
     if manual is not None:
         if not tracks.grip_time[0] <= manual.event_time <= tracks.grip_time[-1]:
@@ -409,14 +409,14 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: La
         return True, manual.event_time
     if motion.ratio >= snap.MIN_RATIO and np.isfinite(motion.onset):
         return True, motion.onset
-    if landed.first:
+    if landed[0]:
         raise MeasurementError(
             "video",
             "no snap, and a strip whose upper layer lies on the table in the first frames",
             "a film that begins before the snap",
             "film from about L* before the snap on",
         )
-    if motion.ratio > MAX_NO_SNAP_RATIO or landed.last:
+    if motion.ratio > MAX_NO_SNAP_RATIO or landed[-1]:
         raise MeasurementError(
             "video",
             f"too fast: a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -212,19 +211,15 @@ def raised(points: Array, height: float) -> Mask:
     return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
 
 
-class Landed(NamedTuple):
-    """Whether the upper layer is close to the table in the first and in the last frames: it may hide the lower one."""
+def landed(points: Array, height: float) -> tuple[bool, bool]:
+    """Whether the upper layer is close to the table in the first and in the last frames: it may hide the lower one.
 
-    first: bool
-    last: bool
-
-
-def landed(points: Array, height: float) -> Landed:
-    """That of the raised points, shape (n, k, 2), m, under a gripper at this height, m."""
+    ``points``, shape (n, k, 2), m, are the raised ones, under a gripper at this ``height``, m.
+    """
 
     def close(frames: Array) -> bool:
         x, z = np.median(frames, axis=0).T
         bend = int(np.argmax(np.abs(x - x[0])))
         return float(z[: bend + 1].min()) < LANDED_HEIGHT * height
 
-    return Landed(close(points[:END_FRAMES]), close(points[-END_FRAMES:]))
+    return close(points[:END_FRAMES]), close(points[-END_FRAMES:])
