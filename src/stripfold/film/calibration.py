@@ -53,7 +53,7 @@ MAX_PLANE_RMS = 0.35
 MAX_SCALE_ERROR = 0.03
 """Relative difference between the robot's metre and that of the board."""
 MAX_SIDE_ERROR, SIDE_BLUR = 0.05, 0.5
-"""Relative error of the marker's measured side; pixels added to it, because blur shrinks a black square."""
+"""Relative error of the marker's measured side; pixels added to it: blur shrinks a black square."""
 MAX_ROTATION = np.deg2rad(45.0)
 """Angle of the robot's z from upwards in the picture."""
 
@@ -78,10 +78,9 @@ class CameraFit(NamedTuple):
 class Intrinsics:
     """A camera with the quality of its calibration.
 
-    ``view_rms``, ``rms``: reprojection error (RMS) of each of n views and of all, pixels.  ``covariance``: shape (9,
-    9): of :data:`PARAMETERS`, as if the residuals were independent.  ``coverage``: share of the picture's area that the
-    boards cover.  ``split_half``: see :func:`split_half`, pixels.  ``inflation``: jackknife standard deviation over
-    that from ``covariance``, RMS over the parameters, at least 1: residuals within a view are correlated.
+    ``view_rms``, ``rms``: reprojection error (RMS) of each of n views and of all, pixels.  ``covariance``, shape (9,
+    9), of :data:`PARAMETERS`, as if residuals were independent; ``inflation``: what the jackknife's standard deviations
+    are of those, at least 1.  ``coverage``: share of the picture's area under the boards.
     """
 
     camera: Camera
@@ -155,8 +154,7 @@ def split_half(views: Sequence[View], whole: CameraFit) -> float:
 def calibrate_camera(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
     """Fit a camera to views of one board, in pictures of width and height ``size``, and check the result.
 
-    Raises CalibrationError: too few views, views that leave too much of the picture uncovered, an outlying view, too
-    large a reprojection error, or views too similar to determine the focal length.
+    Raises CalibrationError: too few views, too small a coverage, an outlier, a large error, or views too similar.
     """
     require(
         len(views) >= MIN_VIEWS,
@@ -349,10 +347,9 @@ class Calibration:
     quality: dict[str, Any]
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """A mapping drawn from the uncertainty of the calibration.
+        """Draw a mapping: the camera by its covariance, plane and robot with noise of the size of their residuals.
 
-        The camera is drawn from its covariance.  The plane and the robot are then fitted again, with noise of the size
-        of their residuals; the size itself is drawn too, because few residuals determine it poorly.
+        The size itself is drawn too, because few residuals determine it poorly.
         """
         camera = self.mapping.camera if self.intrinsics is None else self.intrinsics.draw(random)
         noise = _noise(self.quality["plane_rms"], len(self.board.pixels), 8, random)

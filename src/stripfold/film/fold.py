@@ -88,12 +88,10 @@ class ShapeFit(ABC):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fold(ShapeFit):
-    """A fitted loop, pixels.
+    """A fitted loop, pixels; ``sd`` is that of the logarithm of ``unit``.
 
-    ``sd``: standard deviation of the logarithm of ``unit``.  ``height``, ``width``, ``thickness``: of the upper layer's
-    middle above the lower one's, of the band, and between the layers where they meet.  ``top``, ``foot``: ends of the
-    height, shape (2,).  ``points``, ``arc``: measured middles, shape (n, 2), and their arc lengths from the lift-off
-    point, shape (n,).
+    ``height`` of the upper layer's middle above the lower one's, from ``foot`` to ``top``, shape (2,); ``width`` of the
+    band; ``thickness`` between the layers where they meet.  ``points``, shape (n, 2), and ``arc``: measured middles.
     """
 
     method = "fold"
@@ -360,10 +358,7 @@ def loop(thickness: float) -> Array:
 
 
 def visible(thickness: float, high: float) -> tuple[Array, Array, Array]:
-    """Equally spaced points of the strip where the upper layer is ``high`` or higher above the lower one; L*.
-
-    Arc lengths, shape (n,), places and their change with the thickness, shape (n, 2).
-    """
+    """Arc lengths, shape (n,), places and their change with the thickness, shape (n, 2), from ``high`` up; L*."""
     middle = loop(thickness)
     falling = middle[np.argmax(middle[:, 2]) :]
     last = falling[falling[:, 2] > high][-1]

@@ -52,8 +52,7 @@ _RIM = 0.5
 _MIN_SAMPLES, _MAX_SAMPLES = 24, 28
 """Sample points along a marker's side; between these limits about one per pixel."""
 _NODES = 4, 2
-"""Nodes of gain and of offset along a marker's side; with 3 of the gain the edge of a shadow moves it by a quarter of a
-pixel."""
+"""Nodes of gain and of offset along a marker's side: with 3 of the gain the edge of a shadow moves it by 0.25 px."""
 _START_BLUR, _MIN_BLUR, _MAX_BLUR = 0.8, 0.3, 1.0
 """Initial and least blur of a marker, pixels; largest, cells."""
 _SAME_BLUR = 0.1
@@ -248,10 +247,7 @@ def _centre_sd(influence: Array, unknowns: int) -> Array:
 
 
 class Marker(Holder):
-    """Marker ``number`` of a dictionary named in :data:`.boards.Dictionary`.
-
-    Raises InvalidInputError: the dictionary has fewer markers.
-    """
+    """Marker ``number`` of a :data:`.boards.Dictionary`; InvalidInputError: it has fewer markers."""
 
     seen, growth = 0.1, 0.5
 
@@ -341,8 +337,7 @@ class Marker(Holder):
 class Template(Holder):
     """A box x, y, width, height of a first frame, pixels.
 
-    Raises InvalidInputError: the box is too small, not in the picture, without texture, or like another place in the
-    picture.
+    Raises InvalidInputError: it is too small, not in the picture, without texture, or like another place.
     """
 
     seen, growth, order = 0.8, 0.2, 3
@@ -408,10 +403,7 @@ class Template(Holder):
 
 
 def holder_of(folder: Path, entries: Entries) -> Holder:
-    """Prepare what is followed of the gripper, as it is found in pictures.
-
-    Raises InvalidInputError: no such marker, or a template that does not stand out in the film's first frame.
-    """
+    """Prepare what is followed; InvalidInputError: no such marker, or a template that does not stand out."""
     described = entries.gripper.holder
     if isinstance(described, MarkerEntry):
         return Marker(described.dictionary, described.id)

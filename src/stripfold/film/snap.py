@@ -83,10 +83,7 @@ class Speed:
 
     @cached_property
     def rise(self) -> Array:
-        """Shape (peak + 1,): isotonic regression of the speed up to its peak, m/s.
-
-        Of a level that noise or a swing makes the speed cross several times, it gives the middle crossing.
-        """
+        """Isotonic regression of the speed up to its peak, m/s: of several crossings of a level it has the middle."""
         return np.asarray(isotonic_regression(self.u[: self.peak + 1]).x)
 
     @property
@@ -113,8 +110,7 @@ class Speed:
     def fall(self) -> float:
         """Largest fall of the speed between the onset and the peak, as a share of the peak's height above u_0.
 
-        A snap accelerates up to the touch.  Where the speed falls before, something passes in front of the strip, or a
-        frame shows it late: the peak may be wrong by as much.
+        A snap accelerates up to the touch: where the speed falls before, the peak may be wrong by as much.
         """
         u = self.u[int(np.searchsorted(self.t, self.onset)) : self.peak + 1]
         return float((np.maximum.accumulate(u) - u).max(initial=0.0) / (self.level(1.0) - self.following))
@@ -190,10 +186,7 @@ def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
 
 
 def steady_advance(t: Array, x: Array) -> tuple[float, float]:
-    """First and last time, s, at which a gripper at x, m, moves at its speed; both of shape (n,).
-
-    Starting and stopping, after which the strip swings, are left out.
-    """
+    """First and last time, s, at which a gripper at x, m, moves at its speed, without starting and stopping."""
     path = PchipInterpolator(t, x)
     times = np.arange(t[0] + WINDOW, t[-1] - WINDOW, 0.5 * WINDOW)
     speed = np.abs(path(times + WINDOW) - path(times - WINDOW)) / (2.0 * WINDOW)
@@ -202,10 +195,7 @@ def steady_advance(t: Array, x: Array) -> tuple[float, float]:
 
 
 def raised(points: Array, height: float) -> Mask:
-    """Which of the points, shape (n, k, 2), m, belong to the part that is raised in the first frames, shape (k,).
-
-    ``height`` is that of the gripper, m.
-    """
+    """Which points, shape (n, k, 2), m, are raised in the first frames, shape (k,); ``height`` is the gripper's, m."""
     z = np.median(points[:FIRST_FRAMES, :, 1], axis=0)
     above = np.flatnonzero(z > z.min() + LYING_HEIGHT * height)
     return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
