@@ -24,10 +24,7 @@ DETECTION_SIZE = 1600
 NOISE = 1.0
 """Standard deviation of the smoothing of a picture in which no board was found as it is, pixels."""
 WINDOW = 0.3
-"""Half-window of the sub-pixel refinement over the distance between corners.
-
-From 0.4 on the window contains edges of the next corner; near 0.1 it contains too few pixels.
-"""
+"""Half-window of the refinement over the distance between corners: with 0.4 it contains edges of the next one."""
 
 
 class Refinement(NamedTuple):
@@ -39,11 +36,7 @@ class Refinement(NamedTuple):
 
 
 class Corners(NamedTuple):
-    """Corners of a board found in a picture.
-
-    ``ids``, shape (n,), are indices into :attr:`Board.points`, ``object_points``, shape (n, 3), their positions on the
-    board in m, and ``pixels``, shape (n, 2), those in the picture.
-    """
+    """Corners of a board in a picture: indices into :attr:`Board.points`, shape (n,), these points, m, and pixels."""
 
     ids: Index
     object_points: Array

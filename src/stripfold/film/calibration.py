@@ -53,7 +53,7 @@ MAX_PLANE_RMS = 0.35
 MAX_SCALE_ERROR = 0.03
 """Relative difference between the robot's metre and that of the board."""
 MAX_SIDE_ERROR, SIDE_BLUR = 0.05, 0.5
-"""Relative error of the marker's measured side; pixels added to it, because blur shrinks a black square."""
+"""Relative error of the marker's measured side; pixels added to it: blur shrinks a black square."""
 MAX_ROTATION = np.deg2rad(45.0)
 """Angle of the robot's z from upwards in the picture."""
 
@@ -78,10 +78,9 @@ class CameraFit(NamedTuple):
 class Intrinsics:
     """A camera with the quality of its calibration.
 
-    ``view_rms``, ``rms``: reprojection error (RMS) of each of n views and of all, pixels.  ``covariance``: shape (9,
-    9): of :data:`PARAMETERS`, as if the residuals were independent.  ``coverage``: share of the picture's area that the
-    boards cover.  ``split_half``: see :func:`split_half`, pixels.  ``inflation``: jackknife standard deviation over
-    that from ``covariance``, RMS over the parameters, at least 1: residuals within a view are correlated.
+    ``view_rms``, ``rms``: reprojection error (RMS) of each of n views and of all, pixels.  ``covariance``, shape (9,
+    9), of :data:`PARAMETERS`, as if residuals were independent; ``inflation``: what the jackknife's standard deviations
+    are of those, at least 1.  ``coverage``: share of the picture's area under the boards.
     """
 
     camera: Camera
@@ -110,10 +109,9 @@ def parameters(camera: Camera) -> Array:
 
 
 def find_views(folder: Path, board: Board, refinement: Refinement | None = None) -> tuple[list[View], tuple[int, int]]:
-    """The views of a folder that show the board, and the pictures' width and height.
+    """Find the views of a folder that show the board, and the pictures' width and height.
 
-    Raises InvalidInputError: no such folder, or a picture that cannot be read; CalibrationError: pictures of different
-    sizes.
+    Raises InvalidInputError: no folder, or an unreadable picture; CalibrationError: pictures of different sizes.
     """
     paths = picture_files(folder, MAX_VIEWS)
     height, width = read_calibration_picture(paths[0]).shape
@@ -143,12 +141,6 @@ def fit_camera(views: Sequence[View], size: tuple[int, int], start: Camera | Non
     return CameraFit(camera, poses, np.asarray(view_rms).ravel(), float(total))
 
 
-def fit_without_each(views: Sequence[View], whole: CameraFit) -> list[CameraFit]:
-    """The fits that leave out one view each, starting from the fit to all of them."""
-    size, start = whole.camera.size, whole.camera
-    return [fit_camera([*views[:i], *views[i + 1 :]], size, start) for i in range(len(views))]
-
-
 def split_half(views: Sequence[View], whole: CameraFit) -> float:
     """RMS difference of the undistorted pixels of two cameras, fitted to the even and to the odd views; pixels.
 
@@ -162,8 +154,7 @@ def split_half(views: Sequence[View], whole: CameraFit) -> float:
 def calibrate_camera(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
     """Fit a camera to views of one board, in pictures of width and height ``size``, and check the result.
 
-    Raises CalibrationError: too few views, views that leave too much of the picture uncovered, an outlying view, too
-    large a reprojection error, or views too similar to determine the focal length.
+    Raises CalibrationError: too few views, too small a coverage, an outlier, a large error, or views too similar.
     """
     require(
         len(views) >= MIN_VIEWS,
@@ -192,9 +183,9 @@ def calibrate_camera(views: Sequence[View], size: tuple[int, int]) -> Intrinsics
 
 def _uncertainty(views: Sequence[View], whole: CameraFit) -> tuple[Array, float]:
     """Covariance of :data:`PARAMETERS` and the inflation of their standard deviations; see :class:`Intrinsics`."""
-    n = len(views)
-    left_out = np.array([parameters(other.camera) for other in fit_without_each(views, whole)])
-    jackknife = (n - 1) * left_out.var(axis=0)
+    n, size = len(views), whole.camera.size
+    others = [fit_camera([*views[:i], *views[i + 1 :]], size, whole.camera) for i in range(n)]
+    jackknife = (n - 1) * np.var([parameters(other.camera) for other in others], axis=0)
     try:
         with np.errstate(invalid="raise", divide="raise"):
             spread = covariance(views, whole)
@@ -259,11 +250,9 @@ def covariance(views: Sequence[View], whole: CameraFit) -> Array:
 
 
 class Stops(NamedTuple):
-    """The robot's stops.
+    """The robot's stops: the pictures' ``names``, and their ``small`` copies, shape (n, h, w).
 
-    ``names`` are the pictures' file names, ``corners``, shape (n, 4, 2), the marker's corners in pixels, ``places``,
-    shape (n, 2), x and z of the marker's centre in m as the robot reports them, and ``small``, shape (n, h, w), small
-    copies of the pictures.
+    ``corners``, shape (n, 4, 2), of the marker in pixels; ``places``, shape (n, 2), m, of its centre by the robot.
     """
 
     names: Sequence[str]
@@ -278,10 +267,7 @@ class Stops(NamedTuple):
 
 
 def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int]) -> Stops:
-    """The stops in a table ``image,x,z`` and the markers in their pictures, whose paths are relative to the table.
-
-    ``table`` is relative to the ``folder`` of the recording, which holds the pictures, too;
-    ``size`` is the width and height that the pictures must have.
+    """Read the stops in a ``table`` image,x,z of the ``folder``, and find the marker in pictures of this ``size``.
 
     Raises InvalidInputError: the table or a picture cannot be read, a picture is listed twice or lies outside the
     folder; CalibrationError: a picture of another size, or without the marker.
@@ -310,16 +296,10 @@ def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int]) 
 
 
 def fit_robot(centres: Array, stops: Stops) -> tuple[Array, float]:
-    """The similarity, shape (3, 3), from the markers' centres in the folding plane, shape (n, 2), m, to the robot.
+    """Fit the similarity, shape (3, 3), from the markers' centres in the folding plane, shape (n, 2), m, to the robot.
 
-    Returns
-    -------
-    The similarity, and the RMS distance, m, of each stop from where the others predict it.
-
-    Raises
-    ------
-    CalibrationError
-        A stop far away, stops on a line, an outlier, or stops that no similarity fits.
+    Returns it and the RMS distance, m, of each stop from where the others predict it.  Raises CalibrationError: a stop
+    far away, stops on a line, an outlier, or stops that no similarity fits.
     """
     places, n = stops.places, len(stops.places)
     away = np.linalg.norm(places - np.median(places, axis=0), axis=1)
@@ -355,10 +335,9 @@ def fit_robot(centres: Array, stops: Stops) -> tuple[Array, float]:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A mapping from pixels to the robot with the data that it was fitted to.
+    """A mapping from pixels to the robot with the data that it was fitted to, and its ``quality`` for reports.
 
-    ``intrinsics`` is None if the camera was read from a file and is taken as exact.  ``board`` are the corners of the
-    board in the folding plane, ``quality`` numbers and texts to be stored and reported (see :func:`assemble`).
+    ``intrinsics`` is None if the camera was read from a file and is taken as exact; ``board``: in the folding plane.
     """
 
     mapping: Mapping
@@ -368,10 +347,9 @@ class Calibration:
     quality: dict[str, Any]
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """A mapping drawn from the uncertainty of the calibration.
+        """Draw a mapping: the camera by its covariance, plane and robot with noise of the size of their residuals.
 
-        The camera is drawn from its covariance.  The plane and the robot are then fitted again, with noise of the size
-        of their residuals; the size itself is drawn too, because few residuals determine it poorly.
+        The size itself is drawn too, because few residuals determine it poorly.
         """
         camera = self.mapping.camera if self.intrinsics is None else self.intrinsics.draw(random)
         noise = _noise(self.quality["plane_rms"], len(self.board.pixels), 8, random)
@@ -389,10 +367,9 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
 
 
 def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
-    """The calibration of a recording, given the content of its ``recording.yaml``.
+    """Calibrate a recording, given its entries.
 
-    Raises InvalidInputError: a file is missing or cannot be read; the message names it; CalibrationError: not good
-    enough to measure with; the message says which part, and what to do.
+    Raises InvalidInputError: a missing or unreadable file; CalibrationError: not good enough to measure with.
     """
     described = entries.camera
     source: Intrinsics | Camera
@@ -420,13 +397,10 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
 def assemble(
     source: Intrinsics | Camera, board: Corners, stops: Stops, side: float | None, name: str = "plane"
 ) -> Calibration:
-    """The calibration from the detected corners, with its ``quality``.
+    """Make the calibration from the detected corners; ``quality`` has RMS of camera and plane in pixels, lengths in m.
 
-    The RMS values of ``camera`` and ``plane`` are in pixels, other lengths in m; the rest are ratios.
-
-    ``source``: the camera's calibration, or a camera that is taken as exact.  ``board``: corners of the board in the
-    folding plane.  ``stops``: the robot's stops.  ``side``: side of the gripper's marker, m; None where it has none.
-    ``name``: file name of the plane's picture, for errors.  Raises CalibrationError: not good enough to measure with.
+    ``source``: the camera's calibration, or a camera that is taken as exact.  ``board``: in the folding plane, in the
+    picture ``name``.  ``side`` of the gripper's marker, m.  Raises CalibrationError: not good enough to measure with.
     """
     camera, known = (source, None) if isinstance(source, Camera) else (source.camera, source)
     require(

@@ -33,11 +33,7 @@ ALLOWED = (
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Intrinsics of a camera.
-
-    ``matrix``, shape (3, 3), holds focal lengths and principal point in pixels, ``distortion``, shape (5,), k1, k2, p1,
-    p2 and k3, ``size`` width and height of the pictures in pixels.
-    """
+    """Intrinsics of a camera: ``matrix``, shape (3, 3), pixels; ``distortion``: k1, k2, p1, p2, k3; size."""
 
     matrix: Array
     distortion: Array
@@ -74,10 +70,7 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Mapping:
-    """From pixels to the robot's x and z, for points in the folding plane.
-
-    ``homography``, shape (3, 3), maps undistorted pixels to x and z in m.
-    """
+    """From pixels to the robot's x and z, m, in the folding plane: ``homography``, (3, 3), of undistorted pixels."""
 
     camera: Camera
     homography: Array
@@ -142,10 +135,7 @@ def rms(vectors: Array) -> float:
 
 
 def read_camera(path: Path) -> Camera:
-    """The camera in a file as OpenCV's calibration programs write it.
-
-    Raises InvalidInputError: no such file, too large, not in OpenCV's format, or not the intrinsics of a camera.
-    """
+    """Read the camera in a file as OpenCV writes it; InvalidInputError: no such file, or not a camera's."""
     table = read_opencv_yaml(path)
     try:
         width, height = (_side(table[key]) for key in ("image_width", "image_height"))
@@ -186,12 +176,7 @@ def _matrix(entry: Any) -> Array:
 
 
 def read_opencv_yaml(path: Path) -> dict[str, Any]:
-    """The content of an OpenCV YAML file; matrices are mappings with rows, cols and data.
-
-    OpenCV's own reader is not used: deeply nested files crash the process.
-
-    Raises InvalidInputError: no such file, too large, or not YAML.
-    """
+    """Read an OpenCV YAML file, whose own reader crashes on nested files; InvalidInputError: none, or not YAML."""
     if not path.is_file():
         raise InvalidInputError("intrinsics", str(path), "an existing file")
     # OpenCV's first line is not valid YAML, and its tags of matrices say what their keys say, too.

@@ -21,13 +21,11 @@ MIN_MARKERS = 4
 """Markers of a dictionary in a picture from which it shows a ChArUco board."""
 MIN_FIT = 3
 """Views from which a camera is fitted, to report the error of each, accepted or not."""
+OTHER = "another board"
 
 
 class Seen(NamedTuple):
-    """One picture: its name, whether the board was found and, in words, what it shows otherwise.
-
-    ``rms`` is the reprojection error of its corners, pixels, nan where there is none.
-    """
+    """One picture: name, whether the board was found, what it shows otherwise, RMS error of its corners, pixels."""
 
     name: str
     found: bool
@@ -106,109 +104,77 @@ def check(folder: Path, board: Board) -> CameraCheck:
     pictures = [(path.name, read_calibration_picture(path)) for path in picture_files(folder, calibration.MAX_VIEWS)]
     shapes = [picture.shape for _, picture in pictures]
     height, width = max(set(shapes), key=shapes.count)
-    size = width, height
     words: dict[str, str] = {}
     views: list[View] = []
-    latest, larger = -1, []
+    others, latest = [], -1
     for name, picture in pictures:
         if picture.shape != (height, width):
             other = f"{picture.shape[1]} x {picture.shape[0]} pixels, the others have {width} x {height}"
             words[name] = f"from another camera, or with other settings: {other}"
             continue
-        corners, numbers = detect(picture, board), _markers(picture)
-        latest = max([latest, *numbers.get(board.dictionary or "", [])])
-        words[name] = _other_markers(numbers, board) or ("" if corners else _shown(picture, board))
-        if corners is not None and not words[name]:
+        corners = detect(picture, board)
+        instead, number = _instead(picture, board, corners is not None)
+        latest = max(latest, number)
+        if instead.startswith(OTHER):
+            others.append(instead)
+        words[name] = "" if corners else instead
+        if corners is not None:
             views.append(View(name, corners))
-            larger += _larger(picture, board)
     errors: dict[str, float] = {}
     rms = float("nan")
     camera: Intrinsics | CalibrationError
     try:
         if len(views) >= MIN_FIT:
-            whole = calibration.fit_camera(views, size)
+            whole = calibration.fit_camera(views, (width, height))
             rms = whole.rms
             errors = {view.name: float(error) for view, error in zip(views, whole.view_rms, strict=True)}
-        camera = calibration.calibrate_camera(views, size)
+        camera = calibration.calibrate_camera(views, (width, height))
     except CalibrationError as error:
         camera = error
-    wrong = ""
-    if board.type == "charuco" and views and latest < board.columns * board.rows // 2 - board.columns // 2:
-        wrong = f"no marker after {latest} is in any picture: another board than {board.columns} x {board.rows} squares"
-    others = [text for text in words.values() if text.startswith("another board")]
+    wrong, last = "", board.columns * board.rows // 2 - 1
     # In single pictures a row too many is taken from what is beside the board.
-    for told, fewest in ((others, len(views)), (larger, 0.5 * len(views))):
-        if len(told) > fewest:
-            wrong = f"the pictures show {max(told, key=told.count)}"
+    if 2 * len(others) > len(words):
+        wrong = f"the pictures show {max(others, key=others.count)}"
+    if board.type == "charuco" and latest >= 0 and not last - board.columns // 2 < latest <= last:
+        squares = f"{board.columns} x {board.rows} squares"
+        wrong = f"the last marker in any picture is {latest}, on a board of {squares} it is {last}"
     if wrong:
-        camera = CalibrationError(
-            folder.name, wrong, "pictures of the described board", "count again, or describe the board that is shown"
-        )
-    covered = calibration.coverage(views, size) if views else 0.0
-    pictured = tuple(Seen(name, not text, text, errors.get(name, float("nan"))) for name, text in words.items())
-    return CameraCheck(pictured, covered, rms, camera)
+        advice = "count again, or describe the board that is shown"
+        camera = CalibrationError(folder.name, wrong, "pictures of the described board", advice)
+    covered = calibration.coverage(views, (width, height)) if views else 0.0
+    seen = tuple(Seen(name, not text, text, errors.get(name, float("nan"))) for name, text in words.items())
+    return CameraCheck(seen, covered, rms, camera)
 
 
-def _shown(picture: Picture, board: Board) -> str:
-    """What a picture in which the board was not found shows instead, in words."""
+def _instead(picture: Picture, board: Board, found: bool) -> tuple[str, int]:
+    """What a picture shows instead of a board, empty for nothing, and the last marker of the board's dictionary."""
     small = reduced(picture)
-    mirrored = np.ascontiguousarray(small[:, ::-1])
-    # A chessboard is its own mirror image.
-    if board.type == "charuco" and detect(mirrored, board) is not None:
-        return "mirrored: switch that off in the camera"
-    if board.dictionary in (numbers := _markers(small)):
-        if len(numbers[board.dictionary]) >= 2 * MIN_MARKERS:
-            return f"another board: its markers do not lie as on one of {board.columns} x {board.rows} squares"
-        return "too few corners of the board: cut by the border, covered or blurred"
-    grid = _chessboard(small)
-    if grid is None:
-        return "no board: out of focus, too far away, or not in the picture"
-    columns, rows, at_border = grid
-    smaller = sorted((columns, rows)) < sorted((board.columns, board.rows))
-    if board.type == "chessboard" and at_border and smaller:
-        return f"cut by the border: {columns} x {rows} inner corners are seen"
-    return f"another board: chessboard with {columns} x {rows} inner corners"
-
-
-def _larger(picture: Picture, board: Board) -> list[str]:
-    """In words, the larger chessboard of which a picture shows the described one as a part, if it does."""
-    grid = _chessboard(reduced(picture)) if board.type == "chessboard" else None
-    described = max(board.columns, board.rows), min(board.columns, board.rows)
-    if grid is None or grid[:2] == described or grid[0] < described[0] or grid[1] < described[1]:
-        return []
-    return [f"another board: chessboard with {grid[0]} x {grid[1]} inner corners"]
-
-
-def _markers(picture: Picture) -> dict[str, list[int]]:
-    """Numbers of the markers in a picture by dictionary; fewer than :data:`MIN_MARKERS` do not count."""
-    found = {}
+    markers = {}
     for name in get_args(Dictionary):
-        _, numbers, _ = cv2.aruco.ArucoDetector(dictionary(name)).detectMarkers(picture)
+        _, numbers, _ = cv2.aruco.ArucoDetector(dictionary(name)).detectMarkers(small)
         if numbers is not None and len(numbers) >= MIN_MARKERS:
-            found[name] = np.ravel(numbers).tolist()
-    return found
-
-
-def _other_markers(numbers: dict[str, list[int]], board: Board) -> str:
-    """What the markers in a picture say against a board, in words; empty for nothing."""
-    for name, found in numbers.items():
-        if board.type == "chessboard":
-            return f"another board: ChArUco, with markers of {name}"
-        if name != board.dictionary:
-            return f"another board: its markers are of {name}"
-        if max(found) >= board.columns * board.rows // 2:
-            return f"another board: marker {max(found)} is not on one of {board.columns} x {board.rows} squares"
-    return ""
-
-
-def _chessboard(picture: Picture) -> tuple[int, int, bool] | None:
-    """Inner corners of the largest chessboard in a picture, the more first, and whether it touches the border."""
+            markers[name] = np.ravel(numbers).tolist()
+    if own := markers.get(board.dictionary or ""):
+        if len(own) >= 2 * MIN_MARKERS and not found:
+            return f"{OTHER}: its markers do not lie as on one of {board.columns} x {board.rows} squares", max(own)
+        return "too few corners of the board: cut by the border, covered or blurred", max(own)
+    if markers:
+        return f"{OTHER}: ChArUco, its markers are of {next(iter(markers))}", -1
+    # A chessboard is its own mirror image.
+    if board.type == "charuco" and detect(np.ascontiguousarray(small[:, ::-1]), board) is not None:
+        return "mirrored: switch that off in the camera", -1
     flags = cv2.CALIB_CB_LARGER | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_NORMALIZE_IMAGE
-    found, corners, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), flags)
-    if not found:
-        return None
-    rows, columns = np.asarray(meta).shape[:2]
-    points = np.asarray(corners, dtype=np.float64).reshape(rows, columns, 2)
-    step = max(float(np.linalg.norm(np.diff(points, axis=axis), axis=2).max()) for axis in (0, 1))
-    least = min(float(points.min()), *(np.array(picture.shape[::-1]) - 1.0 - points.max(axis=(0, 1))))
-    return max(rows, columns), min(rows, columns), least < 2.0 * step
+    seen, corners, meta = cv2.findChessboardCornersSBWithMeta(small, (3, 3), flags)
+    if not seen:
+        return "no board: out of focus, too far away, or not in the picture", -1
+    points = np.asarray(corners, dtype=np.float64).reshape(*np.shape(meta)[:2], 2)
+    shown, described = sorted(points.shape[:2]), sorted((board.columns, board.rows))
+    smaller = shown[0] < described[0] or shown[1] < described[1]
+    text = f"{shown[1]} x {shown[0]} inner corners"
+    if board.type == "chessboard":
+        step = max(float(np.linalg.norm(np.diff(points, axis=axis), axis=2).max()) for axis in (0, 1))
+        at_border = min(points.min(), (np.array(small.shape[::-1]) - 1.0 - points.max(axis=(0, 1))).min()) < 2.0 * step
+        # A part of the board may be seen as a smaller one.
+        if shown == described or (smaller and (found or at_border)):
+            return f"cut by the border: {text} are seen", -1
+    return f"{OTHER}: chessboard with {text}", -1

@@ -46,9 +46,8 @@ SLOPE_SD = float(np.radians(0.5))
 HOLD = 10.0
 """Weight of a slope that is given: an error of a radian counts as this many lengths at a point."""
 MAX_MISFIT = 0.0125
-"""Largest root mean square of the residuals, relative to the visible length: just above that of a real strip whose law
-is far from linear."""
-REPLICATES = 2000
+"""Largest root mean square of the residuals over the visible length: just above that of a strip far from linear."""
+REPLICATES, PERCENTILES = 2000, (2.5, 97.5)
 RATIOS = np.geomspace(0.02, 3e4, 40)
 """Initial values of ``(length / L*)^3``; the fit continues from the best."""
 EXPONENTS = np.array([0.35, 0.6, 1.0, 1.6, 2.6])
@@ -56,10 +55,6 @@ EXPONENTS = np.array([0.35, 0.6, 1.0, 1.6, 2.6])
 LOWER, UPPER = np.array([[-7.0, -1.5, -np.inf, -1.8], [13.0, 1.5, np.inf, 1.8]])
 SCALES = np.array([0.1, 0.02, 1.0, 0.1])
 NEEDED = "a strip that hangs under its weight from a clamp to a free end below it"
-
-
-PERCENTILES = (2.5, 97.5)
-"""Of an interval."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -134,10 +129,9 @@ class Cantilever(ShapeFit):
 
 
 def measure(image: Picture, source: str, slope: float | None, roll: float) -> Cantilever:
-    """Fit a hanging strip in an upright picture, grey values of shape (h, w).
+    """Fit a hanging strip in an upright picture, grey values of shape (h, w); ``slope`` and ``roll`` as in :func:`fit`.
 
-    ``slope``: angle below the horizontal at the clamp, rad; None: as the shape has it.  ``roll``: largest error of the
-    vertical, rad.  Raises TrackingError: no strip that hangs, or a shape that hardly depends on eta_b.
+    Raises TrackingError: no strip that hangs, or a shape that hardly depends on eta_b.
     """
     line = find(image, points=POINTS, source=source)
     # The free end hangs below the clamp.
@@ -235,11 +229,9 @@ def _interval(samples: Array) -> tuple[float, float]:
 
 @dataclass(eq=False)
 class _Problem:
-    """Weighted residuals of the unknowns.
+    """Weighted residuals of the unknowns; ``tilt`` of the vertical, rad, ``shift`` of the free end along the strip.
 
-    The place of the free end along the strip is given (``shift``, pixels from the last point): the shape says less
-    about it than the picture does.  ``tilt`` is that of the vertical, rad; ``reference`` the curvature at which ``a``
-    is that of the secant; ``slope`` that at the clamp, None where it is free.
+    That the picture shows better than the shape.  ``reference`` is the curvature at which ``a`` is that of the secant.
     """
 
     points: Array
@@ -340,11 +332,10 @@ def _initial(problem: _Problem, values: Array, source: str) -> Array:
 
 
 def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Array, tip_sd: float, roll: float) -> Array:
-    """Deviations of the unknowns, shape (replicates, p).
+    """Deviations of the unknowns, shape (replicates, p), by residuals resampled in blocks: neighbours are correlated.
 
-    Residuals are resampled in circular blocks with random signs, since neighbours on a strip are correlated; the free
-    end's place along the strip is drawn too.  The vertical is off by the largest ``roll`` to either side: so the
-    percentiles hold whatever it is.
+    The free end's place is drawn too; the vertical is off by the largest ``roll``, so the percentiles hold whatever it
+    is.
     """
     rng = np.random.default_rng(0)
     n, p = len(residual), jacobian.shape[1]

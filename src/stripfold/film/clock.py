@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SynchronisationError
@@ -63,10 +62,8 @@ class RobotLog:
 
 @dataclass(frozen=True)
 class Clock:
-    """The relation between the two clocks.
-
-    ``offset`` is the time of the log minus that of the video, s, and ``sd`` its standard deviation; ``shift`` is what
-    remains of x of the video minus x of the log, m; ``correlation`` is the concordance correlation of the two.
+    """The relation between the clocks: ``offset`` of the log's time from the video's, s, its standard deviation ``sd``,
+    ``shift`` of x by the video from that by the log, m, and their concordance ``correlation``.
     """
 
     offset: float
@@ -80,10 +77,7 @@ class Clock:
 
 
 def read_log(path: Path) -> RobotLog:
-    """The robot's log from a table ``t,x,z``, s and m (:func:`.read_table`).
-
-    Raises InvalidInputError: not such a table, or times that do not increase.
-    """
+    """Read the robot's log, a table ``t,x,z``, s and m; InvalidInputError: no such table, or times that go back."""
     table = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS))
     time, x, z = table.numbers().T
     table.check_increasing(time)
@@ -101,34 +95,15 @@ def synchronise(
     source: str = "robot_log",
     offset_sd: float = 0.0,
 ) -> Clock:
-    """The offset between the clocks.
+    """Estimate the offset between the clocks.
 
-    Parameters
-    ----------
-    time
-        Shape (n,): exposure of the gripper in each frame, s, by the camera's clock; without frames that repeat the one
-        before, whose time is not that of their content.
-    x
-        Shape (n,): of the gripped end by the video, m.
-    sd
-        Least standard deviation of its noise, m.
-    log
-        The robot's.
-    mapping_sd
-        Standard deviation of an error of x that all frames share, m.
-    pixel
-        Width of a pixel at the gripper, m.
-    predicted
-        Whether frames are compressed, with loss, by prediction from others: moving things then lag in them.
-    source
-        Name of the log, for errors.
-    offset_sd
-        Standard deviation of an error of x beside that of the mapping, m: the same all along the gripper's way.
+    ``time``, shape (n,), s, is the exposure of the gripper in each frame by the camera's clock, without frames that
+    repeat the one before; ``x``, shape (n,), m, that of the gripped end by the video, with noise of at least ``sd``.
+    ``mapping_sd`` and ``offset_sd`` are standard deviations of errors of x, m: that of the mapping, and one that is the
+    same all along the gripper's way.  ``pixel``: width of a pixel at the gripper, m.  ``predicted``: whether frames are
+    compressed, with loss, by prediction from others: moving things then lag in them.  ``source``: the log's name.
 
-    Raises
-    ------
-    SynchronisationError
-        The gripper does not move, or the video and the log do not show the same motion.
+    Raises SynchronisationError: the gripper does not move, or video and log do not show the same motion.
     """
     by_video, by_log = float(np.ptp(x)), float(np.ptp(log.x))
     if len(time) < 10 or min(by_video, by_log) < _AT_REST * sd:
@@ -159,7 +134,7 @@ def synchronise(
 
 
 def _smoothed(log: RobotLog) -> RobotLog:
-    """The log with the means of neighbouring rows, of the times too: a steady advance stays one at uneven times."""
+    """The log with means of neighbouring rows, of the times too: a steady advance stays one at uneven times."""
     half = min(int(SMOOTHING / float(np.median(np.diff(log.time)))), (len(log.time) - 1) // 4)
     if half < 1:
         return log
@@ -196,13 +171,7 @@ def _rough_offset(time: Array, x: Array, log: RobotLog, ratio: float) -> tuple[f
     offsets = np.linspace(low, high, min(_MAX_OFFSETS, int((high - low) / (every * period)) + 2))
     parts = np.array_split(offsets, -(-len(offsets) // 100))  # bounds the memory
     offset = float(offsets[np.argmin(np.concatenate([_cost(t, some_x, log, ratio, part) for part in parts]))])
-
-    def cost(value: float) -> float:
-        return min(float(_cost(time, x, log, ratio, np.array([value]))[0]), 1e300)
-
-    step = 2.0 * max((np.ptp(log.time) + np.ptp(time)) / _MAX_OFFSETS, period)
-    found = minimize_scalar(cost, bounds=(offset - step, offset + step), method="bounded", options={"xatol": 1e-4})
-    return float(found.x) if found.fun <= cost(offset) else offset, period
+    return offset, max(float(offsets[1] - offsets[0]), period)
 
 
 def _fine_offset(
@@ -219,9 +188,8 @@ def _fine_offset(
 ) -> tuple[float, float, float]:
     """Mean and standard deviation of the offset, s, and the shift, m, from a rough offset known within ``step``.
 
-    ``shift_sd`` is the standard deviation of an error that all x share, ``mapping_sd`` that of the part of it that has
-    a slope and a bend, too, m.  ``lag_sd`` is the standard deviation of the distance by which a moving marker lags, m.
-    Frames whose x differ by less than ``same``, m, count as one.
+    ``shift_sd`` is that of an error that all x share, ``mapping_sd`` that of the part of it with a slope and a bend,
+    ``lag_sd`` that of the lag of a moving marker, m.  Frames whose x differ by less than ``same``, m, count as one.
     """
     # By how much smoothing rounds the log's sudden starts and stops.
     twice = _smoothed(log)

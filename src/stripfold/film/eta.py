@@ -85,15 +85,7 @@ class EtaB(Result):
 
     @classmethod
     def of(cls, asked: EtaRequest) -> EtaB:
-        """Measure it.
-
-        Raises
-        ------
-        InvalidInputError
-            Not a picture, or no eta_b of a strip.
-        TrackingError
-            No strip in the picture as the method needs it.
-        """
+        """Measure it; InvalidInputError: no picture or no eta_b of a strip; TrackingError: no strip in the picture."""
         if asked.image is None or asked.scale is None or asked.method is None:
             found = _of_numbers(asked)
         else:
@@ -164,12 +156,10 @@ def from_image(
     slope: float | None = None,
     view: View | None = None,
 ) -> EtaB:
-    """Measure eta_b in grey values, shape (h, w), with ``scale`` metres per pixel; the picture is upright.
+    """Measure eta_b in the grey values of an upright picture, shape (h, w), with ``scale`` metres per pixel.
 
-    ``slope``, in degrees, is the angle of a cantilever below the horizontal at its clamp; None: as the shape has
-    it.  ``view``: what is not excluded of the camera; None: nothing was measured.
-
-    Raises TrackingError: no strip as the method needs it.
+    ``slope``, degrees: see :func:`eta_b`.  ``view``: what is not excluded of the camera.  Raises TrackingError: no
+    strip as the method needs it.
     """
     from stripfold.film import cantilever, fold
 

@@ -45,7 +45,7 @@ PLACE_SD = 2e-4
 MAX_FRICTION = 0.1
 """Largest M_0, rho_a g L*^2, that the first order describes."""
 DESCRIBED_FRICTION_SD = 0.008
-"""Standard deviation of a fitted M_0 by what else delays a strip, rho_a g L*^2: stretch, air, inertia."""
+"""Standard deviation of a described M_0, as a share."""
 STARS = 1.7, 60.0
 """Heights for which a snap is looked for, L*: below 1.59 there is none."""
 MAX_CHANGE = 0.5
@@ -68,11 +68,10 @@ class MisfitError(MeasurementError):
 
 @dataclass(frozen=True)
 class MotionEtaB:
-    """eta_b from the motion.
+    """eta_b from the motion with its 95 % interval, m^-4 s^2.
 
-    ``eta_b``, ``low``, ``high``: the value and its 95 % interval, m^-4 s^2.  ``friction``, ``known``: M_0, rho_a g
-    L*^2; whether it was described.  ``depth``: at which the strip is seen behind the folding plane, m.  ``residual``:
-    standard deviation of the distances of most points from the fitted shapes, m.  ``frames``: from how many frames.
+    ``friction``: M_0, rho_a g L*^2; ``known``: whether it was described.  ``depth`` of the strip behind the folding
+    plane, m; ``residual``: standard deviation of most points from the fitted shapes, m; ``frames``: their number.
     """
 
     eta_b: float
@@ -140,11 +139,10 @@ def measure(
     snapped: bool,
     place_sd: tuple[float, float, float],
 ) -> MotionEtaB | MeasurementError:
-    """eta_b from the frames in which the strip follows its gripper, or why there is none.
+    """Fit eta_b to the frames in which the strip follows its gripper, or say why there is none.
 
-    ``event``, ``by_video``: advance at the onset of the snap, or at the end of the motion, and that by the video alone,
-    m; ``snapped`` says which.  ``place_sd``: standard deviations of the flat end, of the offset and of places by the
-    calibration, m.
+    ``event``, ``by_video``: advance at the onset of the snap, or at the end where there was none, and by the video
+    alone, m.  ``place_sd``: standard deviations of the flat end, of the offset and by the calibration, m.
     """
     try:
         return _measure(recording, mapping, tracks, event, by_video - event, snapped, place_sd)
@@ -197,10 +195,9 @@ def _measure(
     flat_end_sd, offset_sd, mapping_sd = place_sd
     fitted_sd = float(np.hypot(PLACE_SD, mapping_sd))
     width = strip.width or WIDTH
-    known = strip.friction_moment is not None and strip.rho_a is not None
-    friction = 0.0
+    known, friction = False, 0.0
     if strip.friction_moment is not None and strip.rho_a is not None:
-        friction = strip.friction_moment / (strip.rho_a * GRAVITY)
+        known, friction = True, strip.friction_moment / (strip.rho_a * GRAVITY)
     seen = _Seen(
         advance=np.array([advance[group].mean() for group in groups]),
         points=np.array([points[group].mean(axis=0) for group in groups])[:, ENDS:-ENDS],
@@ -295,8 +292,7 @@ def _fitted(seen: _Seen) -> tuple[Array, Array, float]:
 class ModelValue:
     """lambda_c of the elastica at the described height, m; nan where the sag touches the lower layer before a snap.
 
-    ``without_friction``, ``low``, ``high``: the value, and its 95 % interval from that of eta_b; nan where none was
-    given.  ``with_friction``: with the fabric's friction to first order, see :func:`.elastica.friction_delay`; nan
+    ``low``, ``high``: its 95 % interval from that of eta_b; ``with_friction``: by :func:`.elastica.friction_delay`; nan
     where none was given.
     """
 
@@ -320,8 +316,7 @@ def model_value(entries: Entries) -> ModelValue:
         if all(map(isfinite, (value, *ends))):
             low, high = sorted(ends)
     if strip.friction_moment is not None and strip.rho_a is not None:
-        material = Material(strip.eta_b)
-        unit = material.gravity_length
-        moment = strip.friction_moment / (strip.rho_a * material.gravity * unit**2)
+        unit = Material(strip.eta_b).gravity_length
+        moment = strip.friction_moment / (strip.rho_a * GRAVITY * unit**2)
         with_friction = value + elastica.friction_delay(height / unit) * moment * unit
     return ModelValue(value, low, high, with_friction)

@@ -53,8 +53,7 @@ MAX_HIDDEN = 0.6
 ROOM = 0.4
 """How far around the loop other things are looked for, L*."""
 MAX_BESIDE = 0.1
-"""Largest area there of what is connected with the strip but not a part of it, relative to the strip's: in 5 of 6 drawn
-shadows it is larger, and 0.8 or more in those that make eta_b 1.5 to 2.4 times too high; without any it is 0."""
+"""Largest area there of what is connected with the strip but not a part of it, over the strip's: shadows are larger."""
 NEEDED = "a strip folded in half that lies on a table, seen from the side, with light through its loop"
 ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
 
@@ -89,12 +88,10 @@ class ShapeFit(ABC):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fold(ShapeFit):
-    """A fitted loop, pixels.
+    """A fitted loop, pixels; ``sd`` is that of the logarithm of ``unit``.
 
-    ``sd``: standard deviation of the logarithm of ``unit``.  ``height``, ``width``, ``thickness``: of the upper layer's
-    middle above the lower one's, of the band, and between the layers where they meet.  ``top``, ``foot``: ends of the
-    height, shape (2,).  ``points``, ``arc``: measured middles, shape (n, 2), and their arc lengths from the lift-off
-    point, shape (n,).
+    ``height`` of the upper layer's middle above the lower one's, from ``foot`` to ``top``, shape (2,); ``width`` of the
+    band; ``thickness`` between the layers where they meet.  ``points``, shape (n, 2), and ``arc``: measured middles.
     """
 
     method = "fold"
@@ -267,10 +264,7 @@ def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -
 
 def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask) -> float:
     """Intersection over union of a hole and that of a loop."""
-    outline = place.of(inside_of(min(width / place.unit, MAX_THICKNESS))) - [
-        where[1].start,
-        where[0].start,
-    ]
+    outline = place.of(inside_of(min(width / place.unit, MAX_THICKNESS))) - [where[1].start, where[0].start]
     room = int(0.25 * max(hole.shape)) + 1
     grown = np.pad(hole, room)
     other = np.zeros(grown.shape, np.uint8)
@@ -279,13 +273,9 @@ def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask)
 
 
 def _robust(slopes: Array, offset: Array, thickness: tuple[float, float]) -> tuple[Array, Array, float]:
-    """Least squares with Cauchy weights and priors of the last two unknowns.
+    """Least squares with Cauchy weights and priors: of ``thickness``, with its sd, and of a shift of all sections.
 
-    These are the ``thickness``, a value and its standard deviation, and a shift common to all sections.
-
-    Returns
-    -------
-    The change of the unknowns, its covariance, and the degrees of freedom: neighbours that are correlated count once.
+    Returns the change of the unknowns, its covariance, and the degrees of freedom: correlated neighbours count once.
     """
     design = np.vstack([slopes, np.eye(6)[4:]])
     values = np.concatenate([offset, [thickness[0], 0.0]])
@@ -344,13 +334,8 @@ class Place:
     def slopes(self, points: Array, across: Array) -> Array:
         """Change of pixels of ``points`` along ``across`` by that of the unknowns in :meth:`moved`, shape (n, 4)."""
         arm = points - [self.x, self.y]
-        return np.column_stack(
-            [
-                np.einsum("ij,ij->i", arm, across),
-                across,
-                across[:, 1] * arm[:, 0] - across[:, 0] * arm[:, 1],
-            ]
-        )
+        turning = across[:, 1] * arm[:, 0] - across[:, 0] * arm[:, 1]
+        return np.column_stack([np.einsum("ij,ij->i", arm, across), across, turning])
 
 
 @cache
@@ -373,10 +358,7 @@ def loop(thickness: float) -> Array:
 
 
 def visible(thickness: float, high: float) -> tuple[Array, Array, Array]:
-    """Equally spaced points of the strip where the upper layer is ``high`` or higher above the lower one; L*.
-
-    Arc lengths, shape (n,), places and their change with the thickness, shape (n, 2).
-    """
+    """Arc lengths, shape (n,), places and their change with the thickness, shape (n, 2), from ``high`` up; L*."""
     middle = loop(thickness)
     falling = middle[np.argmax(middle[:, 2]) :]
     last = falling[falling[:, 2] > high][-1]

@@ -31,8 +31,7 @@ _ADVICE = "keep the whole marker in view, in focus and evenly lit, with a white 
 class Grip(NamedTuple):
     """The marker in one frame: time, s; centre, shape (2,), corners, shape (4, 2), and sd of the centre, pixels.
 
-    ``score`` is the correlation of the picture with the pattern, 0 to 1.  A marker that was not seen (not ``tracked``)
-    is extrapolated from the frames before.
+    A marker that was not seen (not ``tracked``, ``score`` 0) is extrapolated from the frames before.
     """
 
     time: float
@@ -56,17 +55,14 @@ class Track:
 
 
 class GripperTracker:
-    """Follows a marker or a template; to be called with each frame in turn.  ``source`` names the video in errors."""
+    """Follows a marker or a template, called with each frame in turn; ``source`` names the video in errors."""
 
     def __init__(self, marker: Holder, source: str = "video") -> None:
         self._marker, self._name, self._source = marker, marker.name, source
         self._last_two: list[tuple[float, Fit]] = []
 
     def __call__(self, frame: Frame) -> Grip:
-        """The marker in the next frame.
-
-        Raises TrackingError: it is not in the first frame, or was hidden for longer than :data:`MAX_GAP`.
-        """
+        """Find the marker in the next frame; TrackingError: not in the first, or hidden longer than :data:`MAX_GAP`."""
         if not self._last_two:
             fit = self._search(frame.image)
             if fit is None:
@@ -118,10 +114,7 @@ class GripperTracker:
 
 
 def interpolate_gaps(grips: Sequence[Grip], source: str = "video") -> Track:
-    """The marker in all frames, interpolated in time where it was not seen.
-
-    Raises TrackingError: it was hidden in more than :data:`MAX_LOST` of the frames.
-    """
+    """Interpolate where the marker was not seen; TrackingError: in more than :data:`MAX_LOST` of the frames."""
     lost = float(np.mean([not grip.tracked for grip in grips]))
     if lost > MAX_LOST:
         found = f"the gripper's marker is lost in {lost:.0%} of {len(grips)} frames"
@@ -139,10 +132,7 @@ def interpolate_gaps(grips: Sequence[Grip], source: str = "video") -> Track:
 
 
 def _max_deviation(time: Array, centre: Array, seen: Index, i: int, j: int) -> Array:
-    """Largest deviation from a straight line between frames ``i`` and ``j``, shape (2,), pixels.
-
-    It occurs if the velocity before the gap changes into that after it at once, half-way.
-    """
+    """Largest deviation between frames ``i`` and ``j``, shape (2,), pixels: if the velocity jumps half-way."""
     before, after = seen[seen < i], seen[seen > j]
     if not (len(before) and len(after)):
         return np.full(2, 0.5) + 0.25 * np.abs(centre[j] - centre[i])
@@ -152,10 +142,7 @@ def _max_deviation(time: Array, centre: Array, seen: Index, i: int, j: int) -> A
 
 
 def repeated(track: Track) -> Mask:
-    """Which frames show the marker where the frame before did, though it moves before and after, shape (n,).
-
-    Such a frame repeats the one before.  In a compressed film the two differ by the errors of their coding.
-    """
+    """Which frames repeat the one before, but for errors of coding: the marker rests, but moves before and after."""
     speed = np.hypot(*np.diff(track.centre, axis=0).T) / np.diff(track.time)
     around = sliding_window_view(np.pad(speed, AROUND, mode="edge"), 2 * AROUND + 1)
     # Not where the marker starts or stops.

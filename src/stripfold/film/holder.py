@@ -7,10 +7,11 @@ and of a marker the blur: the pattern of square cells, blurred by a Gaussian, an
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -29,8 +30,12 @@ CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The corners in the pattern's own frame, in sides, in OpenCV's order."""
 TUKEY = 4.685
 """Constant of Tukey's biweight: 95 % as efficient as least squares."""
-TOLERANCE = 1e-2
-"""Movement of the centre, pixels, that ends the iteration: the next one would be a tenth of it."""
+TOLERANCE, ITERATIONS = 0.03, 30
+"""Movement of the centre, pixels, that ends the iteration: the next one would be a tenth of it; most iterations."""
+REACH = 0.2
+"""How far the centre may move in a fit, sides."""
+SCALE = 0.03
+"""Least scale of the residuals over the contrast: neither interpolation nor the light is exactly so."""
 MIN_SD = 0.003
 """Least standard deviation of the centre, pixels: the first frame fits itself exactly."""
 _KERNEL = np.clip(1.5 - np.abs(np.arange(-5, 6)) / 4.0, 0.0, 1.0)
@@ -47,8 +52,7 @@ _RIM = 0.5
 _MIN_SAMPLES, _MAX_SAMPLES = 24, 28
 """Sample points along a marker's side; between these limits about one per pixel."""
 _NODES = 4, 2
-"""Nodes of gain and of offset along a marker's side; with 3 of the gain the edge of a shadow moves it by a quarter of a
-pixel."""
+"""Nodes of gain and of offset along a marker's side: with 3 of the gain the edge of a shadow moves it by 0.25 px."""
 _START_BLUR, _MIN_BLUR, _MAX_BLUR = 0.8, 0.3, 1.0
 """Initial and least blur of a marker, pixels; largest, cells."""
 _SAME_BLUR = 0.1
@@ -62,17 +66,17 @@ MIN_TEXTURE = 8.0
 """Least standard deviation of the grey values in a template, over their noise of about 1 to 3."""
 MIN_SIDE = 12
 """Least side of a template, pixels."""
-_SMOOTHING = 1.0
-"""Standard deviation of the Gaussian filter of a template and of what is compared with it, pixels."""
+LEAST_SCORE = 0.98
+"""Least correlation of what is not covered of a template: noise of 3 grey levels leaves this of the least texture."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
     """A pattern found in a picture.
 
-    ``homography``: shape (3, 3): from the pattern's own frame, in sides, to pixels; its last entry is 1.  ``blur``:
-    shape (2,): standard deviation of a marker's blur along its axes, sides.  ``sd``: shape (2,): standard deviation of
-    the centre, pixels.  ``score``: correlation of the picture with the pattern, 0 to 1; 0 before a fit.
+    ``homography``, shape (3, 3), from the pattern's own frame, in sides, to pixels; its last entry is 1.  ``blur``,
+    shape (2,), standard deviation of a marker's blur along its axes, sides.  ``sd``, shape (2,), standard deviation of
+    the centre, pixels.  ``score``, correlation of the picture with the pattern, 0 to 1; 0 before a fit.
     """
 
     homography: Array
@@ -97,9 +101,11 @@ class Fit:
 
     def moved(self, shift: Array) -> Fit:
         """The pattern translated by ``shift``, shape (2,), pixels."""
-        translation = np.eye(3)
-        translation[:2, 2] = shift
-        return replace(self, homography=translation @ self.homography)
+        return replace(self, homography=_shifted(self.homography, shift))
+
+
+def _shifted(homography: Array, shift: Array) -> Array:
+    return np.asarray(homography + np.append(shift, 0.0)[:, None] * homography[2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +114,8 @@ class _Pattern:
 
     ``places``, shape (2, n), sides; ``values``, shape (n,); ``slopes``, shape (2, n), along both axes; ``gains``,
     ``offsets``, shape (k, n): functions whose sums are gain and offset; ``bends``, shape (2, n) or (0, n): derivatives
-    by the squared ``blur``, shape (2,), of a pattern that has one.
+    by the squared ``blur``, shape (2,), of a pattern that has one.  ``sigma``: standard deviation of the smoothing of
+    the picture, pixels: it reduces the effect of interpolation.
     """
 
     shape: tuple[int, int]
@@ -120,6 +127,7 @@ class _Pattern:
     bends: Array
     blur: Array
     perspective: bool
+    sigma: float = 1.0
 
     @cached_property
     def rows(self) -> Array:
@@ -132,30 +140,21 @@ class _Pattern:
         return np.concatenate([motion, self.gains * self.values, self.offsets, self.bends])
 
 
-class _Limits(NamedTuple):
-    """What ends a fit: most iterations; the least mean weight of the samples; how far the centre may move, pixels; the
-    largest change of the area, relative to it; the least scale of the residuals over the contrast, since neither
-    interpolation nor the light is exactly so.
+class Holder(ABC):
+    """What is followed of the gripper: a pattern with a ``name`` that is found in pictures, and fitted to them.
+
+    Of it ``seen`` is the least mean weight of the samples, ``growth`` the largest change of the area, as a share,
+    ``order`` that of the interpolation between pixels.
     """
 
-    iterations: int
-    seen: float
-    reach: float
-    growth: float
-    scale: float
-
-
-class Holder:
-    """What is followed of the gripper: a pattern with a ``name`` that is found in pictures, and fitted to them."""
-
     name: str
-    limits: _Limits
+    seen: float
+    growth: float
     order = 1
-    least_score = 0.0
 
+    @abstractmethod
     def find(self, picture: Picture) -> Fit | None:
         """Find the pattern anywhere in a picture, to about a pixel; None where it is not there."""
-        raise NotImplementedError
 
     def corners(self, picture: Picture) -> Array | None:
         """Find its corners, shape (4, 2), pixels, with sub-pixel accuracy; None where it is not there."""
@@ -165,28 +164,26 @@ class Holder:
 
     def fit(self, picture: Picture, start: Fit) -> Fit | None:
         """Fit the pattern to the picture near ``start``, to a few hundredths of a pixel; None where it is not there."""
-        limits, sigma = self.limits, self._sigma(start)
-        reach = limits.reach * start.side
-        pattern, blur = self._pattern(start, start.blur), start.blur
+        reach, pattern, blur = REACH * start.side, self._pattern(start, start.blur), start.blur
         around = transform(start.homography, CORNERS * np.ptp(pattern.places, axis=1))
-        low = np.clip(np.floor(around.min(axis=0) - reach).astype(int), 0, None)
-        high = np.clip(np.ceil(around.max(axis=0) + reach).astype(int) + 1, 0, None)
+        low = np.maximum(np.floor(around.min(axis=0) - reach).astype(int), 0)
+        high = np.maximum(np.ceil(around.max(axis=0) + reach).astype(int) + 1, 0)
         part = picture[low[1] : high[1], low[0] : high[0]]
-        if np.any(np.array(part.shape) < 0.25 * start.side):
+        if min(part.shape) < 0.25 * start.side:
             return None
-        part = cv2.GaussianBlur(part.astype(np.float64), (0, 0), sigma)
+        part = cv2.GaussianBlur(part.astype(np.float64), (0, 0), pattern.sigma)
         part = ndimage.spline_filter(part) if self.order > 1 else part
-        homography = start.moved(-low.astype(np.float64)).homography
-        expected, light = homography[:2, 2], pattern.gains.mean(axis=1)
+        homography = _shifted(start.homography, -low)
+        expected = homography[:2, 2]
         rows, motions = pattern.rows, 8 if pattern.perspective else 6
-        contrast = float(np.std(pattern.values))
+        light, contrast = pattern.gains.mean(axis=1), float(np.std(pattern.values))
         weight, last = np.ones(len(pattern.values)), np.array(part.shape[::-1])[:, None] - 1.0
-        for _ in range(limits.iterations):
+        for _ in range(ITERATIONS):
             places = homography[:, :2] @ pattern.places + homography[:, 2:]
             places = places[:2] / places[2]
             # OpenCV rounds places to 1/32 pixel.
             values = ndimage.map_coordinates(part, places[::-1], order=self.order, mode="nearest", prefilter=False)
-            inside = np.all((places >= 0.0) & (places <= last), axis=0)
+            inside = ((places >= 0.0) & (places <= last)).all(axis=0)
             weighted = (weight * inside) * rows
             normal = weighted @ rows.T
             # Regularised: where the pattern has one colour only, gain and offset are not independent.
@@ -194,60 +191,48 @@ class Holder:
             found = np.linalg.solve(normal, weighted @ values)
             residual = values - found @ rows
             gain = float(found[motions : motions + len(light)] @ light)
-            scale = max(1.4826 * float(np.median(np.abs(residual))), limits.scale * abs(gain) * contrast, 1e-3)
-            share = inside * np.clip(1.0 - (residual / (TUKEY * scale)) ** 2, 0.0, None)
+            scale = max(1.4826 * float(np.median(np.abs(residual))), SCALE * abs(gain) * contrast, 1e-3)
+            share = inside * np.maximum(1.0 - (residual / (TUKEY * scale)) ** 2, 0.0)
             weight = share**2
-            if weight.mean() < limits.seen or gain <= 0.0:
+            if weight.mean() < self.seen or gain <= 0.0:
                 return None
             # The picture shows at a place what the pattern has this motion away.
             away, before = np.append(found[:motions] / gain, [0.0, 0.0])[:8], homography[:2, 2]
-            motion = np.eye(3)
-            motion[0], motion[1], motion[2, :2] = motion[0] + away[[1, 2, 0]], motion[1] + away[[4, 5, 3]], away[6:]
+            motion = np.array([[1.0 + away[1], away[2], away[0]], [away[4], 1.0 + away[5], away[3]], [*away[6:], 1.0]])
             homography = homography @ np.linalg.inv(motion)
             homography = homography / homography[2, 2]
-            area = abs(np.linalg.det(homography)) / self._area(start)
-            if not np.hypot(*(homography[:2, 2] - expected)) <= reach or abs(area - 1.0) > limits.growth:
+            area = abs(np.linalg.det(homography)) / start.side**2
+            if not np.hypot(*(homography[:2, 2] - expected)) <= reach or abs(area - 1.0) > self.growth:
                 return None
             settled = np.hypot(*(homography[:2, 2] - before)) < TOLERANCE
             if len(pattern.bends):
                 change = pattern.blur**2 + found[-2:] / gain
-                blur = self._within(start, np.sqrt(np.clip(change, (blur / 1.5) ** 2, (1.5 * blur) ** 2)))
-                if np.abs(blur / pattern.blur - 1.0).max() > _SAME_BLUR:
-                    settled, pattern = False, self._pattern(start, blur)
-                    rows = pattern.rows
+                blur = np.sqrt(np.clip(change, (blur / 1.5) ** 2, (1.5 * blur) ** 2))
+                again = self._pattern(start, blur)
+                if again is not pattern:
+                    settled, pattern, rows = False, again, again.rows
             if settled:
                 break
         else:
             return None
         score = self._score(pattern, values, residual, weight)
-        if score <= self.least_score:
+        if score <= 0.0:
             return None
         # The weights change with the residuals: the biweight's influence rises by less than they say.
         rise = max(float(np.sum(share * (5.0 * share - 4.0)) / np.sum(weight)), 0.2)
         turn = homography[:2, :2] - np.outer(homography[:2, 2], homography[2, :2])
-        influence = turn @ np.linalg.inv(normal)[[0, 3]] @ rows * (weight * residual) / (gain * rise)
+        shifts = np.linalg.solve(normal, np.eye(len(normal))[:, [0, 3]]).T
+        influence = turn @ shifts @ rows * (weight * residual) / (gain * rise)
         sd = np.maximum(_centre_sd(influence.reshape(2, *pattern.shape), len(found)), MIN_SD)
-        return Fit(homography, blur, sd, score).moved(low.astype(np.float64))
+        return Fit(_shifted(homography, low), blur, sd, score)
 
+    @abstractmethod
     def _pattern(self, start: Fit, blur: Array) -> _Pattern:
-        raise NotImplementedError
+        """The pattern near a fit, with this blur or nearly so."""
 
-    def _sigma(self, start: Fit) -> float:
-        """Standard deviation of the smoothing of the picture, pixels: it reduces the effect of interpolation."""
-        return _SMOOTHING
-
-    def _area(self, start: Fit) -> float:
-        """Usual area of the pattern, pixels."""
-        return start.side**2
-
-    def _within(self, start: Fit, blur: Array) -> Array:
-        """A blur within its limits, sides."""
-        return blur
-
+    @abstractmethod
     def _score(self, pattern: _Pattern, values: Array, residual: Array, weight: Array) -> float:
-        """Correlation of what is not covered with the pattern."""
-        power = np.average((values - np.average(values, weights=weight)) ** 2, weights=weight)
-        return float(np.sqrt(max(1.0 - np.average(residual**2, weights=weight) / power, 0.0)))
+        """Correlation with the pattern; 0 where it is too small."""
 
 
 def _centre_sd(influence: Array, unknowns: int) -> Array:
@@ -256,20 +241,15 @@ def _centre_sd(influence: Array, unknowns: int) -> Array:
     ``influence``, shape (2, m, n), is the contribution of each sample; products of neighbours are summed too.
     """
     n = influence[0].size
-    variance = np.empty(2)
-    for k, field in enumerate(influence):
-        around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
-        variance[k] = max(float(np.sum(field * around)), float(np.sum(field**2)))
+    around = [cv2.sepFilter2D(one, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT) for one in influence]
+    variance = np.maximum(np.sum(influence * around, axis=(1, 2)), np.sum(influence**2, axis=(1, 2)))
     return np.asarray(np.sqrt(variance * n / (n - _CORRELATED * unknowns)))
 
 
 class Marker(Holder):
-    """Marker ``number`` of a dictionary named in :data:`.boards.Dictionary`.
+    """Marker ``number`` of a :data:`.boards.Dictionary`; InvalidInputError: it has fewer markers."""
 
-    Raises InvalidInputError: the dictionary has fewer markers.
-    """
-
-    limits = _Limits(iterations=30, seen=0.1, reach=0.25, growth=0.5, scale=0.03)
+    seen, growth = 0.1, 0.5
 
     def __init__(self, dictionary: str, number: int) -> None:
         known = boards.dictionary(dictionary)
@@ -316,12 +296,10 @@ class Marker(Holder):
                 return (largest + np.float32(0.5)) / np.float32(factor) - np.float32(0.5)
         return None
 
-    def _count(self, start: Fit) -> int:
-        """Samples along a side."""
-        return int(np.clip(round(2.0 * self._rim * start.side), _MIN_SAMPLES, _MAX_SAMPLES))
-
     def _pattern(self, start: Fit, blur: Array) -> _Pattern:
-        n, known = self._count(start), self._known
+        known, blur = self._known, np.clip(blur, _MIN_BLUR / start.side, _MAX_BLUR / self.cells)
+        # Samples along a side.
+        n = int(np.clip(round(2.0 * self._rim * start.side), _MIN_SAMPLES, _MAX_SAMPLES))
         if known and known.shape == (n, n) and np.abs(blur / known.blur - 1.0).max() <= _SAME_BLUR:
             return known
         axis = np.linspace(-self._rim, self._rim, n)
@@ -341,6 +319,7 @@ class Marker(Holder):
             bends=np.stack([columns @ bend_u.T, bend_v @ rows]).reshape(2, -1),
             blur=blur,
             perspective=True,
+            sigma=0.7 * max(1.0, start.side / n),
         )
         return self._known
 
@@ -350,27 +329,18 @@ class Marker(Holder):
         density = np.exp(-0.5 * t * t) / (np.sqrt(2.0 * np.pi) * blur)
         return ndtr(t), density, -0.5 * t / blur * density
 
-    def _sigma(self, start: Fit) -> float:
-        return 0.7 * max(1.0, start.side / self._count(start))
-
-    def _within(self, start: Fit, blur: Array) -> Array:
-        return np.clip(blur, _MIN_BLUR / start.side, _MAX_BLUR / self.cells)
-
     def _score(self, pattern: _Pattern, values: Array, residual: Array, weight: Array) -> float:
-        return max(float(np.corrcoef(pattern.values, values)[0, 1]), 0.0) if np.ptp(values) > 0.0 else 0.0
+        away, known = values - values.mean(), pattern.values - pattern.values.mean()
+        return max(float(away @ known) / max(float(np.sqrt((away @ away) * (known @ known))), 1e-9), 0.0)
 
 
 class Template(Holder):
     """A box x, y, width, height of a first frame, pixels.
 
-    Raises InvalidInputError: the box is too small, not in the picture, without texture, or like another place in the
-    picture.
+    Raises InvalidInputError: it is too small, not in the picture, without texture, or like another place.
     """
 
-    limits = _Limits(iterations=30, seen=0.8, reach=0.2, growth=0.2, scale=0.03)
-    order = 3
-    # Noise of 3 grey levels leaves this of the least texture, a covered part less.
-    least_score = 0.98
+    seen, growth, order = 0.8, 0.2, 3
 
     def __init__(self, first: Picture, box: tuple[int, int, int, int]) -> None:
         x, y, width, height = box
@@ -380,7 +350,7 @@ class Template(Holder):
             allowed = f"x, y, width, height of at least {MIN_SIDE} in a picture of {columns} x {rows} pixels"
             raise InvalidInputError(key, list(box), allowed)
         self._patch = np.ascontiguousarray(first[y : y + height, x : x + width])
-        blurred = cv2.GaussianBlur(first.astype(np.float64), (0, 0), _SMOOTHING)
+        blurred = cv2.GaussianBlur(first.astype(np.float64), (0, 0), _Pattern.sigma)
         slopes = [slope[y : y + height, x : x + width] for slope in np.gradient(blurred)[::-1]]
         blurred = blurred[y : y + height, x : x + width]
         advice = "choose a part of the gripper with edges in both directions, without the strip or the background"
@@ -417,8 +387,10 @@ class Template(Holder):
     def _pattern(self, start: Fit, blur: Array) -> _Pattern:
         return self._known
 
-    def _area(self, start: Fit) -> float:
-        return float(np.prod(self._size))
+    def _score(self, pattern: _Pattern, values: Array, residual: Array, weight: Array) -> float:
+        power = np.average((values - np.average(values, weights=weight)) ** 2, weights=weight)
+        score = float(np.sqrt(max(1.0 - np.average(residual**2, weights=weight) / power, 0.0)))
+        return score if score > LEAST_SCORE else 0.0
 
     def _search(self, picture: Picture) -> tuple[float, float, Array]:
         """Correlation of the best place, that of the second over it, and the centre of the best, shape (2,), pixels."""
@@ -431,10 +403,7 @@ class Template(Holder):
 
 
 def holder_of(folder: Path, entries: Entries) -> Holder:
-    """Prepare what is followed of the gripper, as it is found in pictures.
-
-    Raises InvalidInputError: no such marker, or a template that does not stand out in the film's first frame.
-    """
+    """Prepare what is followed; InvalidInputError: no such marker, or a template that does not stand out."""
     described = entries.gripper.holder
     if isinstance(described, MarkerEntry):
         return Marker(described.dictionary, described.id)

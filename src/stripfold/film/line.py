@@ -47,11 +47,9 @@ MIN_SD = 0.01
 HOLDER = 4
 """Least number of sections along what holds a strip's end, about half a width apart."""
 REACH, MIN_REACH = 1.0, 8.0
-"""How far from a rough path a strip is looked for, in widths, and at least, pixels: but for its gaps the path is in the
-strip, and farther away may be another layer."""
+"""How far from a rough path a strip is looked for, in widths, and at least, pixels: farther may be another layer."""
 SHARPER = 2.0 / 3.0
-"""Cut-off of the smoothing in a film relative to that in a single picture: a bend that it takes off is taken off again
-in each frame, until it is off the strip."""
+"""Cut-off of the smoothing in a film relative to that in a picture: a bend that it takes off adds up over frames."""
 MAX_HIDDEN = 0.25
 """Longest hidden part of a line that is followed, as a share of it."""
 
@@ -111,11 +109,7 @@ class Centreline:
 
 
 class _Band(NamedTuple):
-    """Typical appearance of a strip.
-
-    Widths at each section, pixels; how many sections are ``beyond`` each end; whether it is ``bright``; contrast, grey
-    levels.
-    """
+    """Typical appearance of a strip: widths at each section, how many are ``beyond`` each end, contrast."""
 
     widths: Array
     beyond: int
@@ -145,10 +139,7 @@ def end_direction(points: Array) -> Array:
 
 
 def respaced(points: Array, first: float, last: float, count: int) -> tuple[Array, Array]:
-    """Space ``count`` points of a curve equally from one arc length to another; return them and their arc lengths.
-
-    The curve is extended straight where ``first`` is negative or ``last`` exceeds its length.
-    """
+    """Space ``count`` points of a curve, extended straight, between two arc lengths; return them and these."""
     s = np.linspace(first, last, count)
     beyond = last - arc_length(points)[-1]
     if beyond > 0.0:
@@ -174,7 +165,6 @@ def locate(image: Picture, points: Array, across: Array, width: Array, reach: fl
 
     The response to a template (the band minus what is beside it) is smoothed over ``along`` neighbours and decays
     from the middle: another part of the strip close by may be as clear, but only the strip itself is near everywhere.
-    ``width``, shape (n,), has few distinct values.
     """
     limit = int(np.ceil(reach))
     half = limit + int(np.ceil(width.max())) + 1
@@ -194,16 +184,10 @@ def edges_at(image: Picture, points: Array, across: Array, width: Array | float,
 
 
 def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, source: str = "picture") -> Centreline:
-    """The longest and clearest strip in a picture, grey values of shape (h, w).
+    """Find the longest and clearest strip in a picture, grey values of shape (h, w), in so many ``points``.
 
     ``start`` is the pixel of the gripper's end: the line leads away from it, to the side on which more of the strip
-    is.  Without it the line starts at the strip's end further left.  ``points`` is their number, ``source`` the
-    picture's name for errors.
-
-    Raises
-    ------
-    TrackingError
-        No strip.
+    is; without it from the end further left.  Raises TrackingError, which names the ``source``: no strip.
     """
     image = np.ascontiguousarray(image)
     rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source)

@@ -123,10 +123,9 @@ def grey_at(image, x, y):
 
 @compiled(grey(picture, curve_type, curve_type, index, numba.boolean))
 def sampled(image, points, across, reach, bright):
-    """Sample rounded grey values at each pixel up to ``reach`` to both sides, shape (n, 2 max(reach) + 1).
+    """Sample rounded grey values at each pixel up to ``reach`` to both sides, shape (n, 2 max(reach) + 1), 0 beyond.
 
-    Rows are 0 beyond their own ``reach``, shape (n,).  Outside the picture the values at its border are repeated; of a
-    strip that is not ``bright`` the values are inverted.
+    Outside the picture its border is repeated; of a strip that is not ``bright`` the values are inverted.
     """
     n, most = len(points), np.max(reach)
     height, width = image.shape
@@ -181,11 +180,10 @@ def fall(row, middle, step, level, far):
 
 @compiled(matrix(picture, curve_type, curve_type, vector, numba.boolean, vector))
 def bands(image, points, across, width, bright, side):
-    """Measure the sub-pixel edges of a band of about this ``width`` in the middle of each section, shape (5, n).
+    """Measure the sub-pixel edges of a band of about this ``width`` in the middle of each section: rows of ``Edges``.
 
-    The rows are those of :class:`.line.Edges`, with 1 for True.  Each edge is where the grey value is half-way between
-    the band's and that beside it, on its own side: a strip often has its dimmer face on one side and the background on
-    the other.  Unless ``side``, of :func:`free_side`, is 0 the centre is half of ``width`` from the edge on that side.
+    Each edge is where the grey value is half-way between the band's and that beside it, on its own side.  Unless
+    ``side``, of :func:`free_side`, is 0 the centre is half of ``width`` from the edge on that side.
     """
     n = len(points)
     far_of = np.empty(n, dtype=np.int64)
@@ -280,10 +278,10 @@ def on_own_layer(places, curve, layer):
 
 @compiled()
 def free_side(curve, across, width, layer):
-    """Tell on which side of each point of a curve only its outer edge is clear of another layer, shape (n,).
+    """Tell on which side of each point the edge is clear of another layer, ``layer`` points away or more, shape (n,).
 
-    0 where no other layer (more than ``layer`` points away) is within :data:`CLEAR` of its band of this ``width``, else
-    the sign by which the normal ``across`` points away from it.  The layer next to the gripper is above.
+    0 where none is within :data:`CLEAR` of its band of this ``width``, else the sign by which the normal ``across``
+    points away from it.  The layer next to the gripper is above.
     """
     out, spacing, widest = np.zeros(len(curve)), longest_step(curve), np.max(width)
     for i in range(len(curve)):
@@ -376,8 +374,7 @@ def score(seen_width, seen_contrast, found, width, contrast, tolerance):
 def strip_offset(offset, seen_width, width, good, cutoff):
     """Find the offsets of the strip's own centre, and where the band is the strip merged with something beside it.
 
-    There one edge is the strip's own, the one that agrees with the smooth curve through the other sections (``cutoff``
-    in spacings); the centre is half a width from it.
+    There its own edge is the one that agrees with the smooth curve through the other sections (``cutoff`` in spacings).
     """
     merged = good & (seen_width > MERGED * width)
     clean = good & ~merged
@@ -409,8 +406,7 @@ def smooth_offsets(offset, scores, cutoff):
 def smooth_centres(centres, noise, scores, across, cutoff, expected):
     """Smooth centres robustly; return them, shape (n, 2), and their weights, shape (n,).
 
-    ``noise`` is that of :class:`.line.Edges`, ``across`` are the normals, ``cutoff`` is in spacings, and ``expected``
-    the weight of a centre that was not measured, relative to that of a measured one.
+    ``noise`` is that of ``Edges``, ``expected`` the weight of a centre that was not measured, over that of another.
     """
     good, scaled = scores >= GOOD, np.zeros(len(scores))
     usual, base = np.median(noise[good]), np.zeros(len(scores))
@@ -450,13 +446,10 @@ def denoised(values):
 def follow(image, curve, offset, ends, width, contrast, sizes, scores, bright, layers, cutoff, widest):
     """Measure a strip near a curve, in place; see :func:`.line.follow`.
 
-    ``curve``, shape (n, 2), pixels, becomes that of the strip, which is roughly ``offset`` away along the normals; its
-    first and last points are at ``ends``, shape (2, 2).  ``width`` and ``contrast`` of the strip on each section are
-    updated, ``sizes`` are the rounded widths, ``scores`` the result.  ``layers``: distances along the strip of another
-    layer, in the search and beside it, spacings, as the ``cutoff`` of the smoothing; ``widest``: largest width, pixels.
-
-    Returns the share of the sections in view that were measured, negative where hardly any was, and the longest hidden
-    part.
+    ``curve``, shape (n, 2), pixels, becomes that of the strip, roughly ``offset`` away along the normals; ``width`` and
+    ``contrast`` are updated, ``sizes`` are the rounded widths, ``scores`` the result.  ``layers``: distances along the
+    strip of another layer, in the search and beside it, spacings, as ``cutoff``; ``widest``: largest width, pixels.
+    Returns the share of the sections in view that were measured, negative for hardly any, and the longest hidden part.
     """
     n, usual = len(curve), width.copy()
     across = normals(curve)

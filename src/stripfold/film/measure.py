@@ -26,7 +26,7 @@ from stripfold.film.clock import Clock, read_log, synchronise
 from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
 from stripfold.film.recording import ManualOnset, Recording, compare
-from stripfold.film.snap import Landed, Speed
+from stripfold.film.snap import Speed
 from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Tracks, track
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class RecordingMeasurement(Result):
 
     @property
     def snap(self) -> bool:
-        """True if there was a snap; without one ``lambda_event`` is the largest lambda, a lower bound."""
+        """Whether there was a snap; without one ``lambda_event`` is the largest lambda, a lower bound."""
         return self.snapped
 
     @property
@@ -287,7 +287,7 @@ def _evaluate(
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
     landed = snap.landed(points, gripper.height)
-    if tracks.lost is not None and not landed.last:
+    if tracks.lost is not None and not landed[-1]:
         raise tracks.lost
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
@@ -332,11 +332,11 @@ def _evaluate(
         if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, offset_sd, *parts.values()):
             flags.append(Flag(WARNING, f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event"))
     parts["flat_end"] = flat_end_sd
-    if snapped and abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
-        text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
-        flags.append(Flag(NOTE, text))
     if not snapped:
         flags.append(Flag(NOTE, "no snap: lambda_c lies beyond the farthest place of the gripper"))
+    elif abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
+        text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
+        flags.append(Flag(NOTE, text))
     event = by_video if clock is None else by_log
     place_sd = flat_end_sd, offset_sd, mapping_sd
     eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, place_sd)
@@ -365,7 +365,7 @@ def _evaluate(
 
 
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:
-    """Flags where the film differs from its description; see also :func:`.description.compare`."""
+    """Flags where the film differs from its description; see also :func:`.recording.compare`."""
     flags = []
     length = recording.entries.strip.length
     z = tracks.gripped_end[tracks.gripper.tracked, 1]
@@ -397,10 +397,10 @@ def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
     return tracks.strip_time[used], points[:, raised]
 
 
-def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: Landed) -> tuple[bool, float]:
+def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: tuple[bool, bool]) -> tuple[bool, float]:
     """Whether there was a snap, and the time of its onset; without a snap the end of the film, s.
 
-    Without a burst of speed, a strip that has ``landed`` lost its stability before the film or, too fast, in it.
+    Without a burst of speed, a strip that has ``landed``, first or last, lost its stability before the film, or in it.
     """
     if manual is not None:
         if not tracks.grip_time[0] <= manual.event_time <= tracks.grip_time[-1]:
@@ -409,14 +409,14 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: La
         return True, manual.event_time
     if motion.ratio >= snap.MIN_RATIO and np.isfinite(motion.onset):
         return True, motion.onset
-    if landed.first:
+    if landed[0]:
         raise MeasurementError(
             "video",
             "no snap, and a strip whose upper layer lies on the table in the first frames",
             "a film that begins before the snap",
             "film from about L* before the snap on",
         )
-    if motion.ratio > MAX_NO_SNAP_RATIO or landed.last:
+    if motion.ratio > MAX_NO_SNAP_RATIO or landed[-1]:
         raise MeasurementError(
             "video",
             f"too fast: a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",

@@ -29,10 +29,7 @@ ALLOWED = (
 
 
 def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
-    """The grey values of a picture, shape (height, width).
-
-    The rotation in its EXIF data is applied if ``upright``.  Otherwise the picture is as the sensor recorded it, like
-    the frames of a video.
+    """Read the grey values of a picture, shape (h, w), rotated by its EXIF data if ``upright``, else as recorded.
 
     Raises InvalidInputError: no such file, not a picture, a damaged one, or one that is too large.
     """
@@ -83,10 +80,7 @@ def _eight_bit(picture: Image.Image) -> Image.Image:
 
 
 def read_calibration_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
-    """A picture as the sensor recorded it, which must have the width and height ``size`` if given.
-
-    Raises InvalidInputError: as :func:`read_grey`; CalibrationError: a picture of another size.
-    """
+    """Read a picture as the sensor recorded it; CalibrationError: another width and height than ``size``."""
     picture = read_grey(path, upright=False)
     if size is not None and picture.shape != (size[1], size[0]):
         raise CalibrationError(
@@ -99,10 +93,7 @@ def read_calibration_picture(path: Path, size: tuple[int, int] | None = None) ->
 
 
 def picture_files(folder: Path, most: int) -> list[Path]:
-    """The pictures in a folder, sorted by name; other files are ignored.
-
-    Raises InvalidInputError: no such folder, no picture in it, or more than ``most``.
-    """
+    """The pictures in a folder, sorted by name; InvalidInputError: no such folder, none, or more than ``most``."""
     if not folder.is_dir():
         raise InvalidInputError("folder", str(folder), "an existing folder of pictures")
     found = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
@@ -113,11 +104,7 @@ def picture_files(folder: Path, most: int) -> list[Path]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Run OpenCV on one thread within; also a decorator.
-
-    Several threads add up in an order that changes from run to run, and so do the last digits of the result.  On
-    pictures this small they also cost more than they save.
-    """
+    """Run OpenCV on one thread within; also a decorator: several add up in an order that changes from run to run."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:

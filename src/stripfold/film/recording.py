@@ -30,8 +30,8 @@ MAX_LOG_SPEED_RATIO = 30.0
 POWER_OF_TEN = 0.03
 """How near to a power of ten, in log10, the ratio of two values is when a unit or a decimal point is wrong."""
 MAX_FLAT_END_ERROR = 0.08
-"""Largest difference between measured and described ``flat_end``, as a share of the strip's length: of tight bends a
-low camera sees the inner side, which is shorter, and the middle of a wide strip lies behind the folding plane."""
+"""Largest difference between measured and described ``flat_end``, as a share of the strip's length: tight bends and
+wide strips are seen too short."""
 MAX_SPEED_RATIO = 5.0
 """Described speed over that of the film, or the reverse, from which on a unit must be wrong."""
 MIN_ADVANCE = 0.002
@@ -228,10 +228,7 @@ class Recording:
         return None if self.entries.robot_log is None else self.folder / self.entries.robot_log
 
     def manual_onset(self) -> ManualOnset | None:
-        """The onset set by hand; None where there is none.
-
-        Raises InvalidInputError: its file cannot be used.
-        """
+        """The onset set by hand, None where there is none; InvalidInputError: its file cannot be used."""
         name = ManualOnset.file_name
         if not os.path.lexists(self.folder / name):
             return None
@@ -258,10 +255,7 @@ def other_unit(given: float, other: float) -> str:
 
 
 def inside(folder: Path, name: str | Path, key: str) -> Path:
-    """The path of a file of a recording.
-
-    Raises InvalidInputError: it lies outside the recording's folder, or is a link to there.
-    """
+    """The path of a file of a recording; InvalidInputError: it lies outside the folder, or is a link to there."""
     if "\0" in str(name) or folder.resolve() not in (folder / name).resolve().parents:
         allowed = "a path inside the recording's folder, and no link out of it"
         raise InvalidInputError(key, str(name), allowed, "copy the file there")
@@ -269,10 +263,7 @@ def inside(folder: Path, name: str | Path, key: str) -> Path:
 
 
 def _check_log(log: RobotLog, entries: Entries, path: Path) -> None:
-    """Refuse a robot's log in other units than described: that needs no film.
-
-    Raises InvalidInputError: no row at the described height, or a speed that no error of the description explains.
-    """
+    """Raise InvalidInputError for a log without the described height, or with a speed in other units."""
     gripper = entries.gripper
     z = float(np.median(log.z))
     if not np.any(np.abs(log.z - gripper.height) <= MAX_HEIGHT_ERROR * gripper.height):
@@ -287,11 +278,9 @@ def _check_log(log: RobotLog, entries: Entries, path: Path) -> None:
 
 
 def read(folder: str | os.PathLike[str]) -> Recording:
-    """A recording, its entries and tables checked; the files that it names are there.
+    """Read a recording and check its entries, the files that they name, its tables and its manual onset.
 
-    Raises InvalidInputError: no such folder or recording.yaml, a key or value that cannot be used, a file that is
-    missing or lies outside, also by a link, an unusable manual onset, or a robot's log that is unusable or in other
-    units.
+    Raises InvalidInputError: one of them is missing, unusable, outside the folder, also by a link, or in other units.
     """
     folder = Path(folder)
     path = folder / NAME
@@ -327,11 +316,7 @@ def read(folder: str | os.PathLike[str]) -> Recording:
 
 
 def compare(entries: Entries, tracks: Tracks) -> None:
-    """Refuse a description that the film contradicts; lambda would be wrong.
-
-    Raises MeasurementError: the gripper's height, direction or speed, or the place of the flat strip, are not as
-    described.
-    """
+    """Raise MeasurementError where height, direction, speed or the flat strip are not as described."""
     gripper = entries.gripper
     z = float(np.median(tracks.gripped_end[tracks.gripper.tracked, 1]))
     _agree(
@@ -365,10 +350,7 @@ def compare(entries: Entries, tracks: Tracks) -> None:
 
 
 def flat_end(entries: Entries, tracks: Tracks) -> float:
-    """x of the gripped end while the strip lay flat, m: the last point of the lying part less its arc length.
-
-    It is too far ahead by what the bends are seen too short, 1 to 3 % of the length.
-    """
+    """x of the gripped end while the strip lay flat, m: too far by 1 to 3 % of the length, as bends are seen short."""
     far = float(np.nanmedian(tracks.points[:, -1, 0]))
     return far - entries.gripper.direction * float(tracks.stations[-1])
 

@@ -44,11 +44,7 @@ REUSED = 10.0
 
 @dataclass(frozen=True, eq=False)
 class RoughPath:
-    """A path along something long and thin.
-
-    ``points``, shape (n, 2), and ``widths`` there, shape (n,), in pixels; whether it is ``bright``er than what is
-    around it, and by how many grey levels typically (``contrast``).
-    """
+    """A path along something long and thin: points, shape (n, 2), and widths, shape (n,), pixels, and its contrast."""
 
     points: Array
     widths: Array
@@ -123,7 +119,6 @@ def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -
     """Share of a line's points, shape (n, 2), that have different pieces of the background on their two sides.
 
     It is 0 along a strip with a free end, around which both sides are connected, and large along a closed outline.
-    ``widths``, shape (n,), are those of the band; pixels of ``image``, shape (h, w).
     """
     small, scale = reduced(image)
     pieces = label(closed(foreground(small, bright)[0]) == 0, connectivity=1)
@@ -140,13 +135,9 @@ def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -
 def piece_along(
     image: Picture, points: Array, widths: Array, bright: bool, faint: bool = False
 ) -> tuple[Array, Index, Mask]:
-    """What of the foreground is connected with a line of ``points``, shape (n, 2), in the middle of a band.
+    """Find what is connected with a line of ``points``, shape (n, 2), in the middle of a band of ``widths``.
 
-    ``widths``, shape (n,), are the band's; pixels of ``image``, shape (h, w).
-
-    Returns
-    -------
-    The piece's pixels, shape (k, 2); of each the nearest point of the line, and whether it is beside the band.
+    Returns the piece's pixels, shape (k, 2); of each the nearest point of the line, and whether it is beside the band.
     """
     small, scale = reduced(image)
     pieces = label(closed(foreground(small, bright, faint)[0]), connectivity=1)
@@ -225,10 +216,9 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
 
 
 def _strip_path(skeleton: Mask, least: float) -> Index:
-    """Rows and columns, shape (n, 2), of a strip's path through a skeleton, from the end that is higher up.
+    """Rows and columns, shape (n, 2), of the longest shortest path through a skeleton, from the end that is higher up.
 
-    It is the longest of the shortest paths between two pixels and, where the sag of a folded strip hides the gap to the
-    layer below, the loop behind: off that path and at least ``least`` long.
+    Where the sag of a folded strip hides the gap to the layer below, with the loop behind, at least ``least`` long.
     """
     graph, nodes = pixel_graph(skeleton, connectivity=2)
     # dijkstra needs indices of 32 bits, and old versions of SciPy do not convert them.

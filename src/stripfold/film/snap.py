@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -44,11 +43,9 @@ MIN_PEAK_SIGMA = 8.0
 MIN_PEAK_SHARE = 0.5
 """Least height of a peak above u_0, as a share of the largest: lower ones are ripples, swings or passing objects."""
 PEAK_END = 0.35
-"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up, or the jump of a frame
-that shows the strip late."""
+"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up, or a late frame."""
 SETTLING_TIME = 0.1
-"""For how long after its start, as a window sees it, the gripper's motion is left out, s: the strip swings.  The middle
-of the first window of the speed is then 0.35 s after the start, from where u_0 is taken by its definition."""
+"""For how long after its start, as a window sees it, the gripper's motion is left out, s: the strip swings."""
 RETURN_TIME, MIN_NET_MOTION = 0.4, 0.5
 """A snap is irreversible: for so long after a burst of speed, s, this share of its path must remain."""
 LYING_HEIGHT = 0.1
@@ -86,10 +83,7 @@ class Speed:
 
     @cached_property
     def rise(self) -> Array:
-        """Shape (peak + 1,): isotonic regression of the speed up to its peak, m/s.
-
-        Of a level that noise or a swing makes the speed cross several times, it gives the middle crossing.
-        """
+        """Isotonic regression of the speed up to its peak, m/s: of several crossings of a level it has the middle."""
         return np.asarray(isotonic_regression(self.u[: self.peak + 1]).x)
 
     @property
@@ -116,8 +110,7 @@ class Speed:
     def fall(self) -> float:
         """Largest fall of the speed between the onset and the peak, as a share of the peak's height above u_0.
 
-        A snap accelerates up to the touch.  Where the speed falls before, something passes in front of the strip, or a
-        frame shows it late: the peak may be wrong by as much.
+        A snap accelerates up to the touch: where the speed falls before, the peak may be wrong by as much.
         """
         u = self.u[int(np.searchsorted(self.t, self.onset)) : self.peak + 1]
         return float((np.maximum.accumulate(u) - u).max(initial=0.0) / (self.level(1.0) - self.following))
@@ -193,10 +186,7 @@ def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
 
 
 def steady_advance(t: Array, x: Array) -> tuple[float, float]:
-    """First and last time, s, at which a gripper at x, m, moves at its speed; both of shape (n,).
-
-    Starting and stopping, after which the strip swings, are left out.
-    """
+    """First and last time, s, at which a gripper at x, m, moves at its speed, without starting and stopping."""
     path = PchipInterpolator(t, x)
     times = np.arange(t[0] + WINDOW, t[-1] - WINDOW, 0.5 * WINDOW)
     speed = np.abs(path(times + WINDOW) - path(times - WINDOW)) / (2.0 * WINDOW)
@@ -205,28 +195,21 @@ def steady_advance(t: Array, x: Array) -> tuple[float, float]:
 
 
 def raised(points: Array, height: float) -> Mask:
-    """Which of the points, shape (n, k, 2), m, belong to the part that is raised in the first frames, shape (k,).
-
-    ``height`` is that of the gripper, m.
-    """
+    """Which points, shape (n, k, 2), m, are raised in the first frames, shape (k,); ``height`` is the gripper's, m."""
     z = np.median(points[:FIRST_FRAMES, :, 1], axis=0)
     above = np.flatnonzero(z > z.min() + LYING_HEIGHT * height)
     return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
 
 
-class Landed(NamedTuple):
-    """Whether the upper layer is close to the table in the first and in the last frames: it may hide the lower one."""
+def landed(points: Array, height: float) -> tuple[bool, bool]:
+    """Whether the upper layer is close to the table in the first and in the last frames: it may hide the lower one.
 
-    first: bool
-    last: bool
-
-
-def landed(points: Array, height: float) -> Landed:
-    """That of the raised points, shape (n, k, 2), m, under a gripper at this height, m."""
+    ``points``, shape (n, k, 2), m, are the raised ones, under a gripper at this ``height``, m.
+    """
 
     def close(frames: Array) -> bool:
         x, z = np.median(frames, axis=0).T
         bend = int(np.argmax(np.abs(x - x[0])))
         return float(z[: bend + 1].min()) < LANDED_HEIGHT * height
 
-    return Landed(close(points[:END_FRAMES]), close(points[-END_FRAMES:]))
+    return close(points[:END_FRAMES]), close(points[-END_FRAMES:])

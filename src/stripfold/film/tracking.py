@@ -48,8 +48,7 @@ MAX_SPEED = 5.0
 CLEARLY_SEEN = 0.85
 """Measured share of the strip from which it is not searched for farther away."""
 MAX_LENGTHENING, MAX_SHORTENING = 0.012, 0.02
-"""How much the line's length may differ from the first, as a share: a line that goes astray makes a detour; of a tight
-bend the inner side is seen, the more of it the lower the camera."""
+"""How much the line's length may differ from the first, as a share: a detour, or the inner side of a tight bend."""
 BEND_SHORTENING = 0.5
 """How much more it may be shorter where the strip is wide, in widths."""
 STEP_LENGTHENING, LENGTHENING_RATE = 0.003, 0.03
@@ -59,11 +58,11 @@ LENGTH_MEMORY = 1.0
 MIN_COMPLETE = 0.88
 """Share of the strip's length below which a first line with both ends in view has left out some of the strip."""
 MAX_EXCESS, SAME_WIDTH, MIN_ALIKE = 0.05, 0.25, 0.7
-"""Share of the described length by which a first line may be longer; from there on most of it must look like the strip:
-within this factor of its width (a logarithm), in this share of the points."""
+"""Share of the described length by which a first line may be longer unless what is beyond looks like the strip: within
+this logarithm of its width, in this share of the points."""
 MAX_REFINEMENTS, SETTLED = 12, 1.0
-"""How often the line in the first frame is measured again at most, and the motion of its points, pixels, below which it
-is not: where the layers touch, a line that was taken for the wrong one comes off it a few points at a time."""
+"""How often the first line is measured again at most, until it moves by less than this, pixels: off a wrong layer it
+comes a few points at a time."""
 MAX_END_ERROR = 0.5
 """How far a line may begin from where the gripper holds the strip, in widths."""
 MARKER_RIM = 1.6
@@ -76,26 +75,12 @@ MAX_GRIP_DISTANCE = 0.03
 class Tracks:
     """The measured motion in a film of n frames; what belongs to the strip is nan where it was lost.
 
-    Attributes
-    ----------
-    timing, report, gripper
-        Times of the frames, irregularities of the video, and the marker, pixels.
-    grip_time, gripped_end
-        When the marker's row was exposed, shape (n,), s; the strip's gripped end, x and z, shape (n, 2), m.
-    strip_time, points
-        When the strip's rows were exposed, shape (n,), s; its material points, x and z, shape (n, stations, 2), m.
-    stations
-        Arc lengths of the material points from the gripped end, shape (stations,), m.
-    score, visible_length
-        Of the strip, shape (n,): mean score, 0 where it was lost, and length, m.
-    complete
-        Whether both ends of the strip are in the picture.
-    size, thumbnails
-        Width and height of the frames, and small copies of some.
-    camera
-        How far the picture is shifted from those of the robot's stops, pixels.
-    lost
-        The error with which the strip was lost for the rest of the film; None where it was not.
+    ``gripper`` is the marker, pixels; ``grip_time``, shape (n,), s, when its row was exposed, ``gripped_end``, shape
+    (n, 2), m, x and z of the strip's end.  ``strip_time``, shape (n,), s, is when the strip's rows were exposed,
+    ``points``, shape (n, stations, 2), m, its material points, ``stations`` their arc lengths from the gripped end, m,
+    ``score`` and ``visible_length``, shape (n,), its mean score, 0 where it was lost, and its length, m; ``complete``
+    says whether both of its ends are in the picture.  ``size`` is that of the frames, ``thumbnails`` are small copies,
+    ``camera`` is the shift from the pictures of the robot's stops, pixels, ``lost`` the error of a strip lost for good.
     """
 
     timing: Timing
@@ -123,15 +108,8 @@ class Tracks:
 def track(recording: Recording, calibration: Calibration, progress: Callable[[str], None] | None = None) -> Tracks:
     """Follow the gripper and the strip through a recording's film.
 
-    Raises
-    ------
-    InvalidInputError
-        The film cannot be read.
-    MeasurementError
-        Frames of another size than the calibration's pictures, few of them, a truncated video, or a camera that was
-        knocked.
-    TrackingError
-        The gripper was lost, or the strip was not found.
+    Raises InvalidInputError: the film cannot be read; MeasurementError: frames of another size than the calibration's
+    pictures, few of them, a truncated video, or a knocked camera; TrackingError: gripper or strip lost.
     """
     path = recording.video
     mapping = calibration.mapping
@@ -269,11 +247,7 @@ def corrected_arc(arc: Array, score: Array, length: float) -> Array:
 
 
 def row_time(time: float | Array, row: float | Array, height: int, rolling_shutter: float) -> Array:
-    """Compute the time, s, at which a row, 0 to ``height - 1``, of a frame was exposed.
-
-    ``time`` is that of the frame and of its first row; ``rolling_shutter`` is the time from the exposure of the first
-    row to that of the last.
-    """
+    """Compute when a row, 0 to ``height - 1``, was exposed, s, from the ``time`` of the frame and of its first row."""
     return np.asarray(time + np.asarray(row) / (height - 1) * rolling_shutter, dtype=np.float64)
 
 
@@ -291,18 +265,15 @@ class StripTracker:
         self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
 
     def __call__(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
-        """The strip in the next frame, or None where it is briefly lost; ``marker`` are its corners, (4, 2).
+        """Find the strip in the next frame, or None where it is briefly lost; ``marker`` are its corners, (4, 2).
 
-        Raises
-        ------
-        TrackingError
-            It is not in the first frames, is lost for long, or is not where the gripper holds it.
+        Raises TrackingError: not in the first frames, lost for long, or not where the gripper holds it.
         """
         if self._last is None:
             return self._start(frame, end, marker)
-        found = self._search(frame, self._last, end)
+        found, length = self._search(frame, self._last, end)
         if found is not None:
-            self._accept(frame.time, found, self._last)
+            self._accept(frame.time, found, length, self._last)
             return found.line
         if frame.time - self._last_time > MAX_LOSS:
             raise TrackingError(
@@ -387,8 +358,8 @@ class StripTracker:
                 "is strip.length right? keep things that hide it out of the first frames",
             )
 
-    def _search(self, frame: Frame, last: Centreline, end: Array) -> Followed | None:
-        """The strip near where it is expected."""
+    def _search(self, frame: Frame, last: Centreline, end: Array) -> tuple[Followed | None, float]:
+        """The strip near where it is expected, and its length, m."""
         elapsed = frame.time - self._last_time
         moved = replace(last, points=last.points + elapsed * self._motion)
         ends = np.stack([end + self._end_offset, self._lying_end])
@@ -396,23 +367,24 @@ class StripTracker:
         fast = float(np.quantile(np.hypot(*self._motion.T), 0.9))
         near = 0.25 * width + 1.5 + SPEED_MARGIN * fast * elapsed
         far = min(4.0 * near + width, 4.0 * width + 16.0)
-        best: Followed | None = None
+        best, best_length = None, 0.0
         for guess, reach in ((moved, near), (moved, far), (last, far)):
             # An object that passes in front may have taken the line along: then the strip is where it was before.
             if guess is last and best is not None and best.sound:
                 break
             found = follow(frame.image, guess, ends, reach)
-            if found is None or not self._plausible(self._metric_length(found.line), elapsed):
+            length = 0.0 if found is None else self._metric_length(found.line)
+            if found is None or not self._plausible(length, elapsed):
                 continue
             if np.hypot(*(found.line.points[0] - ends[0])) > MAX_END_ERROR * width + 1.0:
                 continue
             if best is None or found.share > best.share:
-                best = found
+                best, best_length = found, length
             if best.sound and best.share > CLEARLY_SEEN:
                 break
-        return best if best is not None and best.sound else None
+        return best if best is not None and best.sound else None, best_length
 
-    def _accept(self, time: float, found: Followed, last: Centreline) -> None:
+    def _accept(self, time: float, found: Followed, length: float, last: Centreline) -> None:
         motion = (found.line.points - last.points) / (time - self._last_time)
         limit = MAX_SPEED * found.line.length
         motion *= np.minimum(1.0, limit / np.maximum(np.hypot(*motion.T), 1e-9))[:, None]
@@ -421,7 +393,7 @@ class StripTracker:
         self._motion = 0.5 * (self._motion + motion)
         self._last, self._last_time = found.line, time
         recent = [old for old in self._lengths if time - old[0] < LENGTH_MEMORY]
-        self._lengths = [*recent, (time, self._metric_length(found.line))]
+        self._lengths = [*recent, (time, length)]
 
     def _plausible(self, length: float, elapsed: float) -> bool:
         """Whether a line may have this length, m, so long after the last one, s."""

@@ -40,17 +40,15 @@ _UNEVEN, _MAX_UNEVEN = 0.25, 0.05
 """Deviation of an interval from a multiple of the usual one that is not jitter, and the share of such intervals from
 which the rate is variable."""
 SMALL_WIDTH, MAX_SMALL = 640, 450
-"""Largest width of the small copies of frames, pixels, and most of them: of a longer film every second is kept, ..."""
+"""Largest width of the small copies of frames, pixels, and most of them: of a longer film every second is kept."""
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame.
+    """One frame: its ``index`` in the order of presentation, its time by the camera, s, its read-only grey picture.
 
-    ``index``: from 0, in the order of presentation.  ``time``: when it was taken, s, by the camera's clock.  ``image``:
-    shape (h, w): grey from 0, black, to 255, white; read-only.  ``doubled``: whether it repeats the frame before, pixel
-    by pixel, with another time.  ``damaged``: whether a part of its data, or of a frame that it is predicted from, is
-    missing.
+    ``doubled``: whether it repeats the frame before, pixel by pixel; ``damaged``: whether some of its data, or of a
+    frame that it is predicted from, is missing.
     """
 
     index: int
@@ -62,11 +60,10 @@ class Frame:
 
 @dataclass
 class VideoReport:
-    """Statistics of the reading: numbers of frames, and packets that could not be decoded.
+    """Statistics of the reading: numbers of frames, and ``errors``: packets that could not be decoded.
 
-    ``declared`` is the number of frames by the header, ``duration`` its length, s; 0 where it does not say.
-    ``predicted`` says whether frames are compressed, with loss, by prediction from others, ``end`` is the time of the
-    last one, s; ``coloured`` whether the first one has colours.
+    ``declared`` and ``duration``, s, are the header's, 0 where it does not say; ``predicted``: whether frames are
+    compressed, with loss, by prediction from others; ``end``: time of the last, s; ``coloured``: whether the first is.
     """
 
     declared: int = 0
@@ -99,13 +96,11 @@ class VideoReport:
 
 
 def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None = None, channel: int = 0) -> Reader:
-    """Read the frames of a video, or of a folder, in temporal order; one at a time is in memory.
+    """Read the frames of a video, or of a folder whose names sort in time, one by one.
 
-    ``path``: the video, or a folder of frames whose names sort in time.  ``timestamps``: CSV ``frame,t`` with one row
-    per frame: when it was taken, s.  Replaces the times in the video; required for a folder.  ``channel``: index of
-    :data:`.decoding.CHANNELS`: what the pictures show.  Raises InvalidInputError: here or while reading: not a video,
-    no times or times that do not increase, a table without one row per frame, or a limit of size, time or memory
-    exceeded.
+    ``timestamps``: CSV ``frame,t``, s, a row per frame, in place of the times in the video; required for a folder.
+    ``channel``: index of :data:`.decoding.CHANNELS`.  Raises InvalidInputError, here or while reading: not a video, no
+    times or times that do not increase, another number of rows, or a limit of size, time or memory exceeded.
     """
     return Reader(Path(path), None if timestamps is None else Path(timestamps), channel)
 
@@ -298,10 +293,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def read_timestamps(path: Path) -> Array:
-    """Read the times of the frames, shape (n,), s, from a CSV file ``frame,t`` whose frames count from 0.
-
-    Raises InvalidInputError: not such a table, or frames or times out of order.
-    """
+    """Read the times of the frames, shape (n,), s, from a CSV file ``frame,t``; InvalidInputError: no such table."""
     table = read_table("timestamps", path, "frame,t", (1, MAX_FRAMES))
     frames, times = table.numbers().T
     wrong = np.flatnonzero(frames != np.arange(len(frames)))
@@ -315,11 +307,10 @@ def read_timestamps(path: Path) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """The times of a video's frames.
+    """The times of a video's frames, shape (n,), s, and which repeat the one before (``doubled``).
 
-    ``time``, ``doubled``: shape (n,): ascending times, s, and which frames repeat the one before.  ``period``: the
-    usual interval between frames, s.  ``dropped``: indices of the frames before which one or more are missing.
-    ``variable``: whether the rate varies, so that a gap does not imply missing frames.
+    ``period``: the usual interval, s; ``dropped``: indices of the frames before which some are missing; ``variable``:
+    whether the rate varies, so that a gap does not imply missing frames.
     """
 
     time: Array
@@ -351,11 +342,7 @@ class Timing:
 
 
 class Thumbnails:
-    """Small copies of the frames of a film, kept while it is measured: the report need not decode it again.
-
-    Every :attr:`every`-th frame, from the first, its sides divided by :attr:`whole`.  ``size`` is that of the film's
-    frames, width and height.
-    """
+    """Small copies of every :attr:`every`-th frame of a film, for its report, the sides divided by :attr:`whole`."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         # By a whole number: any other takes ten times as long to average over.
