@@ -221,7 +221,6 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.ask.inputs import Scene
 
     scene = _asked(arguments, Scene)
-    scene.require_long_enough()
     from stripfold.ask.critical import find
 
     return answer(find(scene, say), arguments)

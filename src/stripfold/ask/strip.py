@@ -127,7 +127,6 @@ class Strip:
         from stripfold.ask.inputs import Scene
 
         scene = self._asked(Scene, locals())
-        scene.require_long_enough()
         from stripfold.ask.critical import find
 
         return find(scene, progress)
