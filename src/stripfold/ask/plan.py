@@ -18,7 +18,7 @@ import numpy as np
 from stripfold import elastica, paths
 from stripfold.ask.assess import PathAssessment, assess
 from stripfold.ask.friction import REFINEMENT, SPARE, estimate, lost_with
-from stripfold.ask.inputs import PathInputs, PlanInputs
+from stripfold.ask.inputs import PathInputs, PlanInputs, Strip
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.planned_motion import ACCURATE, InTime, in_time
 from stripfold.base.arrays import Array
@@ -29,7 +29,7 @@ from stripfold.elastica.boundary import snap_boundary
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact import touches
-from stripfold.follow.track import BUMP
+from stripfold.follow.track import BUMP, mid_surfaces
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
@@ -209,37 +209,47 @@ class _Chooser:
         why = f"a friction moment of {enough:.3g} N holds the strip, and there are {there:.3g} N"
         return Choice(path, per_moment * (there - enough), why, enough)
 
-    def checked(self, candidate: Choice) -> tuple[PathAssessment, ...] | str:
-        """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
-        asked, found = self.asked, []
+    def checked(self, candidate: Choice) -> Choice | Refusal:
+        """Follow it on the rod with the three eta_b, in time, too, where a speed is given."""
+        asked, verdicts = self.asked, list[PathAssessment]()
+        moment = None if candidate.sufficient_moment is None else asked.friction_moment
         for strip in asked.strips:
-            unit = strip.gravity_length
-            with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
             self.say(f"{candidate.path.name} path, statics with eta_b = {strip.eta_b:.4g}")
-            inputs = PathInputs(**strip.model_dump(), model="rod")
-            # A strip so far from where it snaps is lost on no mesh.
-            how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
-            if candidate.sufficient_moment is not None:
-                inputs = inputs.model_copy(update={"friction_moment": asked.friction_moment, "step": STEP * unit})
-                # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
-                # followed before, with less friction and by other steps.
-                how = {"yield_curvature": asked.yield_curvature, "refinement": REFINEMENT, "compare": False}
-            try:
-                verdict = assess(inputs, candidate.path, **how)
-            except SolveError as error:
-                return f"{with_it} cannot be followed: {error}"
-            if verdict.stable and verdict.mesh_dependence:
-                return f"{with_it} has no certain verdict: {verdict.mesh_dependence}"
-            if not verdict.stable:
-                event = verdict.critical[0]
-                return f"{with_it} is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
-            if not verdict.shape_error <= ACCURATE * unit:
-                return f"{with_it} is folded {1e3 * verdict.shape_error:.1f} mm off"
-            if verdict.bump < LEAST_BUMP:
-                push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
-                return f"{with_it} {push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
-            found.append(verdict)
-        return tuple(found)
+            verdict = self.verdict(candidate, strip, moment)
+            if isinstance(verdict, str):
+                return Refusal(candidate.path.name, f"with eta_b = {strip.eta_b:.4g} the rod {verdict}")
+            verdicts.append(verdict)
+        found = replace(candidate, verdicts=tuple(verdicts))
+        if asked.speed is None:
+            return found
+        moved = in_time(asked, candidate.path, [verdict.states for verdict in verdicts], moment or 0.0, self.say)
+        return Refusal(candidate.path.name, moved) if isinstance(moved, str) else replace(found, in_time=moved)
+
+    def verdict(self, candidate: Choice, strip: Strip, moment: float | None) -> PathAssessment | str:
+        """The rod's verdict on a path, or what is wrong with it."""
+        unit, inputs = strip.gravity_length, PathInputs(**strip.model_dump(), model="rod")
+        # A strip so far from where it snaps is lost on no mesh.
+        how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
+        if moment is not None:
+            inputs = inputs.model_copy(update={"friction_moment": moment, "step": STEP * unit})
+            # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
+            # followed before, with less friction and by other steps.
+            how = {"yield_curvature": self.asked.yield_curvature, "refinement": REFINEMENT, "compare": False}
+        try:
+            verdict = assess(inputs, candidate.path, **how)
+        except SolveError as error:
+            return f"cannot be followed: {error}"
+        if verdict.stable and verdict.mesh_dependence:
+            return f"has no certain verdict: {verdict.mesh_dependence}"
+        if not verdict.stable:
+            event = verdict.critical[0]
+            return f"is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+        if not verdict.shape_error <= ACCURATE * unit:
+            return f"is folded {1e3 * verdict.shape_error:.1f} mm off"
+        if verdict.bump < LEAST_BUMP:
+            push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
+            return f"{push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
+        return verdict
 
 
 def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> Choice:
@@ -261,22 +271,10 @@ def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> 
     refused: list[Refusal] = []
     for attempt in (chooser.low, chooser.triangular, chooser.r_path):
         tried = attempt()
-        if isinstance(tried, Refusal):
-            refused.append(tried)
-            continue
-        verdicts = chooser.checked(tried)
-        if isinstance(verdicts, str):
-            refused.append(Refusal(tried.path.name, verdicts))
-            continue
-        choice = replace(tried, refused=tuple(refused), verdicts=verdicts)
-        if asked.speed is None:
-            return choice
-        curves = [scaled(tried.path, unit) for unit in chooser.units]
-        moment = 0.0 if tried.sufficient_moment is None else asked.friction_moment or 0.0
-        moved = in_time(asked, curves, [verdict.states for verdict in verdicts], moment, say)
-        if not isinstance(moved, str):
-            return replace(choice, in_time=moved)
-        refused.append(Refusal(tried.path.name, moved))
+        found = tried if isinstance(tried, Refusal) else chooser.checked(tried)
+        if isinstance(found, Choice):
+            return replace(found, refused=tuple(refused))
+        refused.append(found)
     least, _, largest = (strip.eta_b for strip in asked.strips)
     raise NoPathError(f"keeps {1e3 * asked.margin:g} mm for eta_b from {least:.4g} to {largest:.4g}", refused)
 
@@ -415,43 +413,40 @@ class FoldingPlan(Result):
 
     def report(self, file: str | os.PathLike[str]) -> None:
         """Write a page with map, path, margin along it, worst case and reasons: one HTML file (docs/plan.md)."""
-        from stripfold.draw import page, results, save, stability_map
+        from stripfold.draw import page, results, save
 
         choice, asked, distances = self.choice, self.asked, distances_along(self)
+        with_friction = choice.sufficient_moment is not None
         worst = int(np.nanargmin(np.nanmin(distances, axis=1)))
-        unit = asked.strips[worst].gravity_length
-        found = gripper_map(asked.length / unit)
-        curves = {name: unit * curve for name, curve in found.curves.items()}
-        advance, heights = found.grid
-        grid = unit * (advance - found.length / 2.0), unit * heights
-        margins = unit * found.margin(*np.meshgrid(advance, heights))
-        asked_margin = asked.margin if choice.sufficient_moment is None else None
+        nearest = [
+            dict(zip(("distance", "t", "x", "z"), (float(one[at]), *map(float, self.waypoints[at, :3])), strict=True))
+            for one in distances
+            for at in (int(np.nanargmin(one)),)
+        ]
         etas = [f"{strip.eta_b:.4g}" for strip in asked.strips]
+        unit = asked.strips[worst].gravity_length
+        places = gripper_map(asked.length / unit).drawn(unit, path=self.waypoints[:, 1:3])
         text = page.html(
             "plan.html",
             title=f"A gripper path for a strip of {asked.length:g} m",
             plan=self,
             asked=asked,
             highest=float(self.waypoints[:, 2].max()),
-            with_friction=choice.sufficient_moment is not None,
+            with_friction=with_friction,
             worst=worst,
-            cases=list(zip(asked.strips, choice.verdicts, [self._nearest(one) for one in distances], strict=True)),
+            cases=list(zip(asked.strips, choice.verdicts, nearest, strict=True)),
             frame=FRAME,
             grasp=GRASP,
-            map=save.as_svg(stability_map.draw(curves, grid, margins, asked.length, path=self.waypoints[:, 1:3])),
+            map=save.as_svg(places),
             strip=save.as_svg(self.plot()),
-            along=save.as_svg(results.draw_along(self.waypoints, distances, etas, asked_margin)),
+            along=save.as_svg(
+                results.draw_along(self.waypoints, distances, etas, None if with_friction else asked.margin)
+            ),
         )
         store.write_text(text, file)
 
-    def _nearest(self, distance: Array) -> dict[str, float]:
-        """Where the gripper is nearest to the boundary, or farthest behind it."""
-        at = int(np.nanargmin(distance))
-        t, x, z, _ = map(float, self.waypoints[at])
-        return {"distance": float(distance[at]), "t": t, "x": x, "z": z}
-
     def to_dict(self) -> dict[str, Any]:
-        names = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump")
+        names, moved = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump"), self.choice.in_time
         t, x, z, angle = self.waypoints.T.tolist()
         return {
             "stripfold_version": version(),
@@ -466,18 +461,18 @@ class FoldingPlan(Result):
                 {"eta_b": strip.eta_b} | {name: float(getattr(verdict, name)) for name in names}
                 for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True)
             ],
-            "in_time": self._in_time(),
+            "in_time": moved
+            and {
+                "motions": [
+                    {"eta_b": strip.eta_b} | asdict(one)
+                    for strip, one in zip(self.asked.strips, moved.motions, strict=True)
+                ]
+            },
             "frame": FRAME,
             "grasp": GRASP,
             "units": UNITS,
             "waypoints": {"t": t, "x": x, "z": z, "angle": angle},
         }
-
-    def _in_time(self) -> dict[str, Any] | None:
-        if (found := self.choice.in_time) is None:
-            return None
-        pairs = zip(self.asked.strips, found.motions, strict=True)
-        return {"motions": [{"eta_b": strip.eta_b} | asdict(moved) for strip, moved in pairs]}
 
     def to_dataset(self) -> xr.Dataset:
         t, x, z, angle = self.waypoints.T
@@ -501,11 +496,10 @@ class FoldingPlan(Result):
         """The strip along the path with the given eta_b."""
         from stripfold.draw.results import draw_strip
 
-        unit, states = self.asked.gravity_length, self.choice.verdicts[1].states
-        arc = np.linspace(0.0, states[0][0].model.length, NODES)
-        chosen = np.unique(np.linspace(0, len(states) - 1, SHOWN).astype(int))
-        shapes = [unit * states[i][0].model.resampled_mid_surface(states[i][1].q, arc) for i in chosen]
-        return draw_strip(shapes, self.waypoints[:, 1:3])
+        states = self.choice.verdicts[1].states
+        shown = [states[i] for i in np.unique(np.linspace(0, len(states) - 1, SHOWN).astype(int))]
+        shapes = self.asked.gravity_length * mid_surfaces(shown, np.linspace(0.0, self.asked.length_star, NODES))
+        return draw_strip(list(shapes), self.waypoints[:, 1:3])
 
     def config(self) -> dict[str, Any]:
         return self.asked.model_dump()
@@ -516,8 +510,7 @@ def _waypoints(choice: Choice, asked: PlanInputs) -> Array:
     travelled, places = choice.path.curve.sampled(choice.path.spacing)
     places = np.maximum(places, [-np.inf, 0.0])
     states = choice.verdicts[1].states
-    grip = [problem.model.resampled_mid_surface(point.q, np.array([0.0, AT_GRIP])) for problem, point in states]
-    direction = np.diff(grip, axis=1)[:, 0] @ [1.0, -1j]
+    direction = np.diff(mid_surfaces(states, np.array([0.0, AT_GRIP])), axis=1)[:, 0] @ [1.0, -1j]
     angle = np.degrees(np.unwrap(np.angle([1.0, *direction])))
     angles = np.interp(travelled / asked.gravity_length, [0.0, *(point.lam for _, point in states)], angle)
     return np.column_stack([timed(travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])
