@@ -12,13 +12,7 @@ import numpy as np
 from stripfold import elastica
 from stripfold.ask import select_model
 from stripfold.ask.inputs import Scene
-from stripfold.ask.prediction import (
-    ElasticaPrediction,
-    Snap,
-    end_of_advance,
-    unchecked_end,
-    without_horizontal_force,
-)
+from stripfold.ask.prediction import ElasticaPrediction, Snap, end_of_advance, unchecked_end, without_horizontal_force
 from stripfold.ask.second_gripper import SecondAlongX, second_gripper
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError

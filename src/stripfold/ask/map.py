@@ -284,10 +284,7 @@ class StabilityMap(Result):
         if (found := self.with_friction) is None:
             return []
         unit, ends = self.strip.gravity_length, []
-        for what, z in (
-            ("the sag touches at heights of", found.z[~found.snaps]),
-            ("snaps at", found.z[found.snaps]),
-        ):
+        for what, z in (("the sag touches at heights of", found.z[~found.snaps]), ("snaps at", found.z[found.snaps])):
             if len(z):
                 ends.append(f"{what} {unit * z[0]:.4g} to {unit * z[-1]:.4g} m")
         return [("friction", "; ".join(ends)), ("  history", HISTORY)]

@@ -63,11 +63,7 @@ class InTime:
 
 
 def in_time(
-    asked: PlanInputs,
-    path: FoldPath,
-    static: Sequence[Sequence[StripState]],
-    moment: float,
-    say: Callable[[str], None],
+    asked: PlanInputs, path: FoldPath, static: Sequence[Sequence[StripState]], moment: float, say: Callable[[str], None]
 ) -> InTime | str:
     """Follow a path in time with the three eta_b, or say what happens with one of them instead.
 

@@ -154,10 +154,7 @@ class Grid:
 
 @checked
 def run(
-    given: Mapping[str, Any],
-    file: str | os.PathLike[str],
-    cores: int | None = None,
-    progress: Progress | None = None,
+    given: Mapping[str, Any], file: str | os.PathLike[str], cores: int | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
     """Find the critical points of all combinations of values and store them in one netCDF file.
 
