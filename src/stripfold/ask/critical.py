@@ -226,12 +226,13 @@ def over_eta_b(scene: Scene, uncertainty: float, advance: float) -> EtaBRange:
     InvalidInputError: with one of them this is no strip, or it is too short or the gripper too high or low for one;
     SolveError: the elastica could not be solved.
     """
-    ends = [scene.with_eta_b((1.0 + sign * uncertainty) * scene.eta_b) for sign in (-1.0, 1.0)]
+    given = scene.model_dump()
+    ends = [Scene(**given | {"eta_b": (1.0 + sign * uncertainty) * scene.eta_b}) for sign in (-1.0, 1.0)]
     for end in ends:
         end.require_long_enough()
     units = [end.gravity_length for end in ends]
-    given, *found = (elastica.critical(end.height_star) for end in (scene, *ends))
-    off = advance - scene.gravity_length * given.state.advance
+    here, *found = (elastica.critical(end.height_star) for end in (scene, *ends))
+    off = advance - scene.gravity_length * here.state.advance
     low, high = (off + unit * point.state.advance for unit, point in zip(units, found, strict=True))
     limits = [scene.height - unit * elastica.touch_limit() for unit in units]
     return EtaBRange(

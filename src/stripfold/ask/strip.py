@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
 from stripfold.base.arguments import checked
 from stripfold.base.errors import InvalidInputError
@@ -75,9 +75,8 @@ class Strip:
     def __post_init__(self) -> None:
         from stripfold.ask import inputs
 
-        checked = inputs.Strip(**asdict(self))
-        for key in asdict(self):
-            object.__setattr__(self, key, getattr(checked, key))
+        for key, value in inputs.Strip(**asdict(self)):
+            object.__setattr__(self, key, value)
 
     @property
     def gravity_length(self) -> float:
@@ -169,14 +168,13 @@ class Strip:
         from stripfold.ask.inputs import Release, Simulation
         from stripfold.base.validation import within
 
-        given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
         with within("release"):
-            given |= Release.of({} if release is None else release).model_dump()
-        given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
-        simulation = Simulation.of(given)
+            released = Release.of({} if release is None else release).model_dump()
+        chosen = {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
+        asked = Simulation.of(asdict(self) | {"height": height, "accuracy": accuracy} | released | chosen)
         from stripfold.ask.collapse import StripCollapse
 
-        return StripCollapse.of(simulation, progress)
+        return StripCollapse.of(asked, progress)
 
     @checked
     def assess(
@@ -229,8 +227,14 @@ class Strip:
             Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
         from stripfold.ask.inputs import PathInputs
+        from stripfold.paths import FoldPath
 
-        self._check_path(path)
+        if not isinstance(cast(object, path), FoldPath):
+            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
+            raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
+        if not isclose(path.length, self.length):
+            made_for = f"a path for a length of {path.length:g} m"
+            raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
         asked = self._asked(PathInputs, locals())
         from stripfold.ask.assess import assess
 
@@ -239,16 +243,6 @@ class Strip:
     def _asked(self, model: type[M], arguments: Mapping[str, Any]) -> M:
         """Make the inputs of a question from this strip and the arguments of a method."""
         return model(**asdict(self), **{key: arguments[key] for key in arguments if key in model.model_fields})
-
-    def _check_path(self, path: Any) -> None:
-        from stripfold.paths import FoldPath
-
-        if not isinstance(path, FoldPath):
-            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
-            raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
-        if not isclose(path.length, self.length):
-            made_for = f"a path for a length of {path.length:g} m"
-            raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
 
     @checked
     def map(self, *, friction_moment: float | None = None, progress: Progress | None = None) -> StabilityMap:
@@ -270,13 +264,6 @@ class Strip:
             A strip shorter than 7 or longer than 100 L*, or more friction than 0.25 rho_a g L*^2.
         SolveError
             A boundary or a state could not be computed.
-
-        Examples
-        --------
-        >>> import stripfold as sf
-        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
-        >>> round(found.touch_limit, 5), bool(found.hangs(0.0, 0.1)), bool(found.hangs(0.1, 0.1))
-        (0.04757, True, False)
         """
         from stripfold.ask.inputs import MapInputs
         from stripfold.ask.map import StabilityMap
@@ -320,13 +307,6 @@ class Strip:
             A value that cannot be used, or a strip that cannot be folded in half.
         NoPathError
             No known path has the margin, or is followed at that speed; it says by how much each fails.
-
-        Examples
-        --------
-        >>> import stripfold as sf
-        >>> found = sf.Strip(length=0.5, eta_b=3780).plan(layers_may_slide=True)
-        >>> found.path.name, round(found.margin, 5)
-        ('low', 0.01477)
         """
         from stripfold.ask.inputs import PlanInputs
         from stripfold.ask.plan import FoldingPlan
