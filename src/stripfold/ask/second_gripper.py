@@ -60,7 +60,7 @@ class SecondGripper:
     reason: str
     gain: float
 
-    def taken(self, when: str) -> Rows:
+    def held(self, when: str) -> Rows:
         """The place, where and when it is taken, and whether the strip snaps, in words."""
         place = f"taken at {when}, x = {self.x:.4g} m, z = {self.z:.4g} m"
         return [
@@ -82,7 +82,7 @@ class SecondAlongX(SecondGripper):
     def rows(self) -> Rows:
         """In words."""
         gain = f"stable up to there, {self.gain:.4g} m more than with one gripper"
-        return [*self.taken(f"lambda = {self.advance:.6g} m"), ("  lambda", metres(self.end, gain))]
+        return [*self.held(f"lambda = {self.advance:.6g} m"), ("  lambda", metres(self.end, gain))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +101,7 @@ class SecondOnPath(SecondGripper):
         """In words."""
         end = f"t = {self.end_t:.4g}, gripper at x = {self.end_x:.4g} m, z = {self.end_z:.4g} m"
         gain = f"{end}, {self.gain:.4g} m farther than with one gripper"
-        return [*self.taken(f"t = {self.t:.4g}"), ("  stable to", gain)]
+        return [*self.held(f"t = {self.t:.4g}"), ("  stable to", gain)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +134,11 @@ class Unheld:
     def free_length(self) -> float:
         """Length of the part that hangs free: of the places that can be held."""
         return float(self.at.contact[-1])
+
+    def taken(self, s: float, unit: float) -> dict[str, float]:
+        """A place in the strip, and where it is taken, m; ``unit``: L*, m."""
+        x, z = (unit * self.at.mid_surface(np.array([s]))[0]).tolist()
+        return {"s": unit * s, "x": x, "z": z}
 
     def checked(self, place: float | Literal["auto"], unit: float) -> float:
         """The place to hold, L*, from one in m or the one of the mode.
@@ -203,20 +208,16 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX
     """
     unit = scene.gravity_length
     strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
-    refinement = select_model.refinement("rod", scene.accuracy)
-    unheld = before_snap(strip, scene.height_star, refinement=refinement)
+    unheld = before_snap(strip, scene.height_star, refinement=select_model.refinement("rod", scene.accuracy))
     s = unheld.checked(place, unit)
     lam, end = stable_advance(hold(unheld, s))
-    x, z = unheld.at.mid_surface(np.array([s]))[0]
     return SecondAlongX(
-        s=unit * s,
-        x=unit * float(x),
-        z=unit * float(z),
-        advance=unit * unheld.at.point.lam,
+        **unheld.taken(s, unit),
         snap=end is End.SNAP,
         reason=end.reason,
-        end=unit * lam,
         gain=unit * (lam - unheld.lam),
+        advance=unit * unheld.at.point.lam,
+        end=unit * lam,
     )
 
 
@@ -241,21 +242,17 @@ def second_on_path(
     lam = max(one.critical.lam - TAKEN_BEFORE, 0.5 * (path.pieces[number].start + one.critical.lam))
     unheld = Unheld.before(last.problem, one.critical, lam)
     s = unheld.checked(place, unit)
-    x, z = unit * unheld.at.mid_surface(np.array([s]))[0]
     two = follow(strip.contact_mesh(), path, strip.length, held(unheld.at, s), number, until="touch")
     if two.end is End.LIFTED:
         raise SolveError("the whole strip leaves the floor", parameter=two.lam)
-    end = two.lam
-    end_x, end_z = unit * path.position(end)
+    end_x, end_z = (unit * path.position(two.lam)).tolist()
     return SecondOnPath(
-        s=unit * s,
-        t=path.pseudo_time(lam),
-        x=float(x),
-        z=float(z),
+        **unheld.taken(s, unit),
         snap=two.end is End.SNAP,
         reason=REASONS[two.end],
-        end_t=path.pseudo_time(end),
-        end_x=float(end_x),
-        end_z=float(end_z),
-        gain=unit * float(end - one.critical.lam),
+        gain=unit * float(two.lam - one.critical.lam),
+        t=path.pseudo_time(lam),
+        end_t=path.pseudo_time(two.lam),
+        end_x=end_x,
+        end_z=end_z,
     )
