@@ -35,14 +35,13 @@ a strip without friction, study disturbed_rpath (docs/physics.md, section 9)."""
 class Command(NamedTuple):
     """A sub-command: a line on what it does, its options, and the function that does it, whose docstring describes it.
 
-    The function returns what is printed, and an exit code where that is part of the result.  ``writes`` and
-    ``named_after`` are those of :func:`check_outputs`; ``json``: whether it has the common ``--json``.
+    The function returns what is printed, and an exit code where that is part of the result.  ``named_after`` is that of
+    :func:`check_outputs`; ``json``: whether it has the common ``--json``.
     """
 
     help: str
     options: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
-    writes: Mapping[str, str]
     named_after: Sequence[str]
     json: bool
 
@@ -52,16 +51,12 @@ R = TypeVar("R", str, tuple[str, int])
 
 
 def command(
-    text: str,
-    options: Callable[[argparse.ArgumentParser], None],
-    writes: Mapping[str, str] | None = None,
-    named_after: Sequence[str] = (),
-    json: bool = True,
+    text: str, options: Callable[[argparse.ArgumentParser], None], named_after: Sequence[str] = (), json: bool = True
 ) -> Callable[[Callable[[argparse.Namespace, Say], R]], Callable[[argparse.Namespace, Say], R]]:
     """Make a function a command of its name."""
 
     def register(run: Callable[[argparse.Namespace, Say], R]) -> Callable[[argparse.Namespace, Say], R]:
-        COMMANDS[run.__name__.rstrip("_")] = Command(text, options, run, writes or {}, named_after, json)
+        COMMANDS[run.__name__.rstrip("_")] = Command(text, options, run, named_after, json)
         return run
 
     return register
@@ -131,15 +126,18 @@ def _asked(arguments: argparse.Namespace, model: type[M], **more: Any) -> M:
 # -- files that are written, and what is printed
 
 
-def check_outputs(arguments: argparse.Namespace, writes: Mapping[str, str], named_after: Sequence[str]) -> None:
+def check_outputs(arguments: argparse.Namespace, parser: argparse.ArgumentParser, named_after: Sequence[str]) -> None:
     """Check up front that the output files can be written, and put their paths in the place of their names.
 
-    ``writes``: options that name a file, and how its name ends.  ``named_after``: where the first of them is not given,
-    it is called, in the working folder, after the file of the first of these arguments that is, or else has this name.
+    They are those of the options whose example of a value has an ending.  ``named_after``: without ``--output`` it is
+    called, in the working folder, after the file of the first of these arguments that is given, or else has this name.
     """
-    for name, suffix in writes.items():
+    for action in parser._actions:
+        name, suffix = action.dest, Path(action.metavar if isinstance(action.metavar, str) else "").suffix
+        if not suffix or not action.option_strings:
+            continue
         said = getattr(arguments, name)
-        if named_after and name == next(iter(writes)) and said is None:
+        if named_after and name == "output" and said is None:
             sources = (getattr(arguments, name, None) for name in named_after)
             said = f"{Path(next(filter(None, sources), named_after[-1])).stem}{suffix}"
         if not isinstance(said, str):  # not given, or to be printed
@@ -213,9 +211,7 @@ def critical_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip there")
 
 
-@command(
-    "critical point of a strip whose gripper advances at constant height", critical_options, writes={"plot": ".png"}
-)
+@command("critical point of a strip whose gripper advances at constant height", critical_options)
 def critical(arguments: argparse.Namespace, say: Say) -> str:
     """Find where a strip snaps through that lies flat, is lifted at one end and is then drawn over itself."""
     from stripfold.ask.inputs import Scene
@@ -232,9 +228,7 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
 
 
-@command(
-    "critical points of a grid of strips, on all cores", sweep_options, writes={"output": ".nc"}, named_after=("grid",)
-)
+@command("critical points of a grid of strips, on all cores", sweep_options, named_after=("grid",))
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
     """Find the critical points of all combinations of values; a sweep that was interrupted goes on."""
     from stripfold.base.validation import read_yaml
@@ -266,12 +260,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "lambda over the deflection")
 
 
-@command(
-    "simulation of a collapse: statics, fall, statics again",
-    simulate_options,
-    writes={"output": ".nc", "plot": ".png"},
-    named_after=("scene", "collapse"),
-)
+@command("simulation of a collapse: statics, fall, statics again", simulate_options, named_after=("scene", "collapse"))
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
     """Move a strip's gripper to the critical point, let the strip fall to rest, and move on."""
     from stripfold.ask.inputs import Simulation
@@ -309,7 +298,7 @@ def film_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
 
 
-@command("film of a simulated collapse", film_options, writes={"output": ".mp4"}, named_after=("result",))
+@command("film of a simulated collapse", film_options, named_after=("result",))
 def film(arguments: argparse.Namespace, say: Say) -> str:
     """Draw the result of `stripfold simulate` as an MP4 film."""
     from stripfold.draw.film import film
@@ -335,7 +324,7 @@ def path_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the path")
 
 
-@command("gripper path of a half fold", path_options, writes={"plot": ".png", "csv": ".csv"})
+@command("gripper path of a half fold", path_options)
 def path(arguments: argparse.Namespace, say: Say) -> str:
     """Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor."""
     from stripfold.ask.inputs import UNSTRETCHED, Strip
@@ -381,12 +370,7 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip along the path")
 
 
-@command(
-    "a gripper path that folds a strip whose eta_b is not well known",
-    plan_options,
-    writes={"csv": ".csv", "json": ".json", "report": ".html", "plot": ".png"},
-    json=False,
-)
+@command("a gripper path that folds a strip whose eta_b is not well known", plan_options, json=False)
 def plan(arguments: argparse.Namespace, say: Say) -> str:
     """Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot."""
     from stripfold.ask.inputs import PlanInputs
@@ -424,9 +408,7 @@ def map_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the map")
 
 
-@command(
-    "stability map: the gripper places that a strip follows", map_options, writes={"output": ".nc", "plot": ".png"}
-)
+@command("stability map: the gripper places that a strip follows", map_options)
 def map_(arguments: argparse.Namespace, say: Say) -> str:
     """Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it."""
     from stripfold.ask.inputs import UNSTRETCHED, MapInputs
@@ -463,11 +445,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--check", action="store_true", help=text)
 
 
-@command(
-    "assessment of a gripper path: critical points, falls, touch, forces",
-    assess_options,
-    writes={"plot": ".png", "film": ".mp4", "output": ".nc"},
-)
+@command("assessment of a gripper path: critical points, falls, touch, forces", assess_options)
 def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     """Follow a path statically to its critical points, let the strip fall there, and go on to its end."""
     from stripfold.ask.inputs import PathInputs
@@ -494,12 +472,7 @@ def new_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILE.yaml", help="write it there, a new file, instead of printing it")
 
 
-@command(
-    "a commented file to start from: a scene, a recording or a grid",
-    new_options,
-    writes={"output": ".yaml"},
-    json=False,
-)
+@command("a commented file to start from: a scene, a recording or a grid", new_options, json=False)
 def new(arguments: argparse.Namespace, say: Say) -> str:
     """Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained."""
     text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")

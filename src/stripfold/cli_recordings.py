@@ -26,11 +26,7 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the fit over the picture", "picture")
 
 
-@command(
-    "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
-    eta_options,
-    writes={"picture": ".png"},
-)
+@command("eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test", eta_options)
 def eta(arguments: argparse.Namespace, say: Say) -> str:
     """Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from
     a picture of such a loop or of a strip that hangs out of a clamp."""
@@ -98,12 +94,7 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
 
 
-@command(
-    "calibration of a camera from pictures of a board",
-    calibrate_options,
-    writes={"output": ".yaml"},
-    named_after=("camera",),
-)
+@command("calibration of a camera from pictures of a board", calibrate_options, named_after=("camera",))
 def calibrate(arguments: argparse.Namespace, say: Say) -> str:
     """Calibrate a camera, report each picture and the quality, and accept or refuse it."""
     require("vision")

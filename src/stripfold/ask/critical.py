@@ -313,7 +313,6 @@ def _fine_enough(
     refinement = select_model.refinement(scene.model, scene.accuracy)
     coarse: Snap | Track = unchecked_end(strip, prediction, select_model.COARSER * refinement, tolerance, progress)
     while True:
-        progress(f"elements {refinement:.2g} times the standard ones")
         fine = end_of_advance(strip, prediction, refinement, tolerance, progress)
         error = select_model.error(scene.model, refinement, fine.lam, coarse.lam, fine.slack)
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:

@@ -26,6 +26,7 @@ SHORTER = (10.0, 0.05)
 """Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
 ROOM = 0.05
 """Length that lies at least in a state from which the limit point is solved for, L*."""
+ELEMENTS = "elements {:.2g} times the standard ones"
 NEWTON = NewtonOptions(max_iterations=15)
 """For the limit point from the elastica's: where more are needed, a march takes as long."""
 
@@ -97,6 +98,7 @@ def end_of_advance(
     say: Callable[[str], None] = lambda _: None,
 ) -> Track:
     """Find the end of the advance: solved for or, where that fails, followed to; raises SolveError."""
+    say(ELEMENTS.format(refinement))
     try:
         return snap(strip, prediction, refinement).checked(tolerance)
     except SolveError as error:
@@ -108,6 +110,7 @@ def unchecked_end(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, say: Callable[[str], None]
 ) -> Snap | Track:
     """As :func:`end_of_advance`, for an estimate of its error: a limit point is not checked."""
+    say(ELEMENTS.format(refinement))
     with suppress(SolveError):
         return snap(strip, prediction, refinement)
     return _followed(strip, prediction, refinement, tolerance, say)
