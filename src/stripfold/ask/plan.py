@@ -74,19 +74,8 @@ FRAME = {
     "y": "across the strip, z cross x",
     "z": "up",
 }
-UNITS = {
-    "t": "s",
-    "x": "m",
-    "z": "m",
-    "angle": "degree",
-    "eta_b": "m^-4 s^2",
-    "peak_force": "N/m",
-    "peak_hold": "N/m",
-    "peak_push": "N/m",
-    "bump": "m",
-    "kinetic": "J/m",
-    "sufficient_moment": "N",
-}
+UNITS = {"t": "s", "x": "m", "z": "m", "angle": "degree", "eta_b": "m^-4 s^2", "bump": "m", "kinetic": "J/m"}
+UNITS |= {"peak_force": "N/m", "peak_hold": "N/m", "peak_push": "N/m", "sufficient_moment": "N"}
 GRASP = {
     "point": "middle of the strip's thickness on the line up to which the gripper holds it; it starts at -length/2",
     "angle": "rotation of the gripper about y, 0 as it grasped the flat strip, 180 on the folded one",
@@ -104,24 +93,11 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Choice:
-    """The path chosen.
+    """The path chosen, for the given eta_b, with the worst eta_b's ``margin``, m, and the ``reason`` for it.
 
-    Attributes
-    ----------
-    path
-        The path, for the given eta_b.
-    margin
-        Least distance of the gripper from the snap boundary with the worst eta_b, m.
-    reason
-        Why this path.
-    sufficient_moment
-        M_0 that suffices on the path with the worst eta_b, N; None where it needs none.
-    refused
-        Those tried before.
-    verdicts
-        The rod's, with the least, the given and the largest eta_b.
-    in_time
-        The rod in time; None where no speed is given.
+    ``sufficient_moment``: M_0 that suffices on it with the worst eta_b, N; None where it needs none.  ``refused``:
+    those tried before.  ``verdicts``: the rod's, with the least, the given and the largest eta_b.  ``in_time``: the rod in
+    time; None where no speed is given.
     """
 
     path: FoldPath
@@ -158,8 +134,7 @@ class _Chooser:
             why = f"the gripper would have to be at least {1e3 * lowest:.1f} and, {most}"
             return Refusal("low", why, lowest - highest)
         if not asked.layers_may_slide:
-            highest_touch = elastica.touch_limit() * (1.0 - 1e-9)
-            least = softest * layer_slide(asked.length / softest, highest_touch)
+            least = softest * layer_slide(asked.length / softest, elastica.touch_limit() * (1.0 - 1e-9))
             bound = f": without friction by at least {1e3 * least:.0f} mm on any path" if least > 0.0 else ""
             return Refusal("low", f"the upper layer slides over the lower one, which is not allowed{bound}")
         height = float(np.clip(USUAL * given, lowest, highest))
@@ -355,12 +330,12 @@ class FoldingPlan(Result):
     def as_text(self) -> str:
         """The waypoints as a table."""
         asked = self.asked
-        comments = (
-            f"{self.path.name} path, length {asked.length:g} m, eta_b {asked.eta_b:g} m^-4 s^2 +- "
-            f"{asked.eta_b_uncertainty:.3g}, margin {self.margin:.4g} m",
-            "t in s, x and z in m, angle in degrees; origin mid-strip on the floor (docs/plan.md)",
-        )
-        lines = [*(f"# {comment}" for comment in comments), HEADER]
+        known = f"eta_b {asked.eta_b:g} m^-4 s^2 +- {asked.eta_b_uncertainty:.3g}"
+        lines = [
+            f"# {self.path.name} path, length {asked.length:g} m, {known}, margin {self.margin:.4g} m",
+            "# t in s, x and z in m, angle in degrees; origin mid-strip on the floor (docs/plan.md)",
+            HEADER,
+        ]
         lines += [",".join(f"{value:.9g}" for value in row) for row in self.waypoints]
         return "\n".join(lines) + "\n"
 
@@ -374,41 +349,26 @@ class FoldingPlan(Result):
 
     def rows(self) -> Rows:
         asked, choice = self.asked, self.choice
-        stiffest, _, softest = asked.strips
         friction, kept = [], "least distance of the gripper from where the strip snaps"
         if choice.sufficient_moment is not None:
             there = asked.friction_moment
             friction.append(("friction", f"M_0 = {choice.sufficient_moment:.3g} N suffices, there are {there:.3g} N"))
             kept = "by which the friction to spare delays the snap"
+        each = []
+        for strip, verdict in zip(asked.strips, choice.verdicts, strict=True):
+            fold = f"first touch at x = {verdict.touch_x:.4g} m, fold {1e3 * verdict.shape_error:.2f} mm off"
+            push = f"push on what lies at most {verdict.peak_push:.3g} N/m"
+            each.append((f"  {strip.eta_b:.4g}", f"stable; {fold}, {push}"))
         return [
             ("path", f"{self.path.name}: {choice.reason}"),
             *(("  not", f"{one.path}: {one.reason}") for one in choice.refused),
-            ("eta_b", f"{stiffest.eta_b:.4g} to {softest.eta_b:.4g} m^-4 s^2"),
+            ("eta_b", f"{asked.strips[0].eta_b:.4g} to {asked.strips[-1].eta_b:.4g} m^-4 s^2"),
             ("margin", metres(self.margin, kept)),
             *friction,
-            *(
-                (
-                    f"  {strip.eta_b:.4g}",
-                    f"stable; first touch at x = {verdict.touch_x:.4g} m, fold {1e3 * verdict.shape_error:.2f} mm off, "
-                    f"push on what lies at most {verdict.peak_push:.3g} N/m",
-                )
-                for strip, verdict in zip(asked.strips, choice.verdicts, strict=True)
-            ),
+            *each,
             ("motion", f"{self.waypoints[-1, 0]:.3g} s, {len(self.waypoints)} waypoints"),
-            *self._in_time_rows(),
+            *(choice.in_time.rows(asked) if choice.in_time else []),
             ("time", f"{self.seconds:.2f} s"),
-        ]
-
-    def _in_time_rows(self) -> Rows:
-        """What the strip does in time that deviates most."""
-        if (found := self.choice.in_time) is None:
-            return []
-        worst, eta_b = found.motions[found.worst], self.asked.strips[found.worst].eta_b
-        place = f"with eta_b = {eta_b:.4g}, gripper at x = {worst.x:.4g} m, z = {worst.z:.4g} m"
-        return [
-            ("in time", f"stays with its static states: at most {1e3 * worst.deviation:.1f} mm off, {place}"),
-            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m"),
-            ("  at rest", f"fold {1e3 * worst.shape_error:.2f} mm off"),
         ]
 
     def report(self, file: str | os.PathLike[str]) -> None:
@@ -447,7 +407,8 @@ class FoldingPlan(Result):
 
     def to_dict(self) -> dict[str, Any]:
         names, moved = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump"), self.choice.in_time
-        t, x, z, angle = self.waypoints.T.tolist()
+        etas = [{"eta_b": strip.eta_b} for strip in self.asked.strips]
+        numbers = [{name: float(getattr(verdict, name)) for name in names} for verdict in self.choice.verdicts]
         return {
             "stripfold_version": version(),
             "git_commit": running_commit(),
@@ -457,38 +418,28 @@ class FoldingPlan(Result):
             "refused": [asdict(one) for one in self.choice.refused],
             "margin": self.margin,
             "sufficient_moment": self.choice.sufficient_moment,
-            "assessed": [
-                {"eta_b": strip.eta_b} | {name: float(getattr(verdict, name)) for name in names}
-                for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True)
-            ],
-            "in_time": moved
-            and {
-                "motions": [
-                    {"eta_b": strip.eta_b} | asdict(one)
-                    for strip, one in zip(self.asked.strips, moved.motions, strict=True)
-                ]
-            },
+            "assessed": [eta | one for eta, one in zip(etas, numbers, strict=True)],
+            "in_time": moved and {"motions": [eta | asdict(one) for eta, one in zip(etas, moved.motions, strict=True)]},
             "frame": FRAME,
             "grasp": GRASP,
             "units": UNITS,
-            "waypoints": {"t": t, "x": x, "z": z, "angle": angle},
+            "waypoints": dict(zip(("t", "x", "z", "angle"), self.waypoints.T.tolist(), strict=True)),
         }
 
     def to_dataset(self) -> xr.Dataset:
-        t, x, z, angle = self.waypoints.T
-        verdicts = self.choice.verdicts
-        values: dict[str, Any] = {
-            "gripper_time": ("gripper_time", t),
-            "gripper_x": ("gripper_time", x),
-            "gripper_z": ("gripper_time", z),
-            "gripper_angle": ("gripper_time", angle),
-            "planned_eta_b": ("planned_eta_b", [strip.eta_b for strip in self.asked.strips]),
-            "planned_touch": ("planned_eta_b", [verdict.touch_x for verdict in verdicts]),
-            "planned_error": ("planned_eta_b", [verdict.shape_error for verdict in verdicts]),
+        verdicts, moved = self.choice.verdicts, self.choice.in_time
+        values: dict[str, Any] = {}
+        for name, column in zip(("time", "x", "z", "angle"), self.waypoints.T, strict=True):
+            values[f"gripper_{name}"] = ("gripper_time", column)
+        planned = {
+            "eta_b": [strip.eta_b for strip in self.asked.strips],
+            "touch": [verdict.touch_x for verdict in verdicts],
+            "error": [verdict.shape_error for verdict in verdicts],
         }
-        if (moved := self.choice.in_time) is not None:
-            values["planned_deviation"] = ("planned_eta_b", [motion.deviation for motion in moved.motions])
-            values["planned_kinetic"] = ("planned_eta_b", [motion.kinetic for motion in moved.motions])
+        if moved is not None:
+            planned["deviation"] = [motion.deviation for motion in moved.motions]
+            planned["kinetic"] = [motion.kinetic for motion in moved.motions]
+        values |= {f"planned_{name}": ("planned_eta_b", numbers) for name, numbers in planned.items()}
         attrs = {"path": self.path.name, "reason": self.choice.reason, "path_margin": self.margin}
         return schema.dataset(values, attrs)
 

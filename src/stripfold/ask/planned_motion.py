@@ -15,6 +15,7 @@ from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.elastica import folded_loop
+from stripfold.files.reporting import Rows
 from stripfold.follow import time
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import follow_in_time
@@ -60,6 +61,16 @@ class InTime:
     def worst(self) -> int:
         """Index of the one with the largest deviation."""
         return max(range(len(self.motions)), key=lambda i: self.motions[i].deviation)
+
+    def rows(self, asked: PlanInputs) -> Rows:
+        """What the strip does that deviates most."""
+        worst, eta_b = self.motions[self.worst], asked.strips[self.worst].eta_b
+        place = f"with eta_b = {eta_b:.4g}, gripper at x = {worst.x:.4g} m, z = {worst.z:.4g} m"
+        return [
+            ("in time", f"stays with its static states: at most {1e3 * worst.deviation:.1f} mm off, {place}"),
+            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m"),
+            ("  at rest", f"fold {1e3 * worst.shape_error:.2f} mm off"),
+        ]
 
 
 def in_time(
