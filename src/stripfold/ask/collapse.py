@@ -51,9 +51,7 @@ FRICTION, LAYER_FRICTION, SOLID = "friction", "layer_friction", "solid"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StripCollapse(Result):
-    """A strip through its collapse: statics to lambda_c, the fall, statics again.
-
-    Source: docs/physics.md, section 6.
+    """A strip through its collapse: statics to lambda_c, the fall, statics again.  Source: docs/physics.md, section 6.
 
     Attributes
     ----------

@@ -157,21 +157,7 @@ class GripperMap:
 
 
 def gripper_map(length: float) -> GripperMap:
-    """The map of a strip of ``length``, 7 to 100 L*.
-
-    Raises
-    ------
-    InvalidInputError
-        ``length`` outside its range or not a number.
-    SolveError
-        A boundary could not be followed.
-
-    Examples
-    --------
-    >>> found = gripper_map(20.0)
-    >>> float(found.margin(np.array(9.0), np.array(3.0)).round(4))
-    0.6155
-    """
+    """Make the map of a strip of ``length``, 7 to 100 L*; raises SolveError: a boundary could not be followed."""
     snap, touch = snap_boundary(length), touch_boundary(length)
     lifted, lifted_landed = lift_boundary(length)
     # Beyond the end of the snap boundary the lifted strip is not stable.
@@ -253,15 +239,7 @@ class StabilityMap(Result):
         return self.in_star.lies(*self._star(x, z))
 
     def margin(self, x: Any, z: Any) -> Any:
-        """Distance of places of the gripper to the snap boundary, m; nan where the strip cannot hang.
-
-        Examples
-        --------
-        >>> import stripfold as sf
-        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
-        >>> round(float(found.margin(0.0, 0.1)), 4)
-        0.0404
-        """
+        """Distance of places of the gripper to the snap boundary, m; nan where the strip cannot hang."""
         return self.strip.gravity_length * self.in_star.margin(*self._star(x, z))
 
     def barrier(self, x: Any, z: Any) -> Any:

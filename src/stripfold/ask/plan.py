@@ -96,8 +96,8 @@ class Choice:
     """The path chosen, for the given eta_b, with the worst eta_b's ``margin``, m, and the ``reason`` for it.
 
     ``sufficient_moment``: M_0 that suffices on it with the worst eta_b, N; None where it needs none.  ``refused``:
-    those tried before.  ``verdicts``: the rod's, with the least, the given and the largest eta_b.  ``in_time``: the rod in
-    time; None where no speed is given.
+    those tried before.  ``verdicts``: the rod's, with the least, the given and the largest eta_b.  ``in_time``: the
+    rod in time; None where no speed is given.
     """
 
     path: FoldPath

@@ -34,6 +34,8 @@ Progress = Callable[[str], None]
 class Strip:
     """A strip of fabric, held at one end and gripped at the other.
 
+    Where a method has ``progress``, it is called with a line on what is being done.
+
     Attributes
     ----------
     length
@@ -113,8 +115,6 @@ class Strip:
         second_gripper
             Place along the strip, from the first gripper, m, that a second one holds, or "auto": the result then has a
             ``second_gripper``.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -155,8 +155,6 @@ class Strip:
             "auto", "on" or "off" by the effect's name (docs/effects.md); "auto" where none is given.
         accuracy
             Requested relative accuracy of lambda_c, by which effects are needed or not.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -216,8 +214,6 @@ class Strip:
             critical point on, or "auto": the result then has a ``second_gripper``; without friction.
         model
             "solid" or "rod".
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -255,8 +251,6 @@ class Strip:
         friction_moment
             M_0, N, of the fabric's bending hysteresis: adds where the strip snaps or lands with it, on the rod, for one
             history; takes longer.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -298,8 +292,6 @@ class Strip:
         speed, acceleration
             Largest ones of the gripper, m/s and m/s^2.  With a speed the path is followed in time, too; without one it
             is timed for 0.1 m/s.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
