@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -84,34 +84,29 @@ def place_or_auto(text: str) -> float | str:
     return text if text == "auto" else metres(text)
 
 
-def option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
-    """Add an option from the field of an input model: its help, unit, choices and default."""
-    field = model.model_fields[name]
-    extra = field.json_schema_extra
-    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    kinds = [field.annotation, *get_args(field.annotation)]
-    choices = next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
-    text = f"{field.description}, {unit}" if unit else f"{field.description}"
-    if field.annotation is bool:
-        more["action"] = "store_true"
-    elif field.is_required():
-        more.setdefault("required", True)
-    elif field.default is not None:
-        default = field.default if isinstance(field.default, str) else f"{field.default:g}"
-        more["default"], text = field.default, f"{text} [{default}]"
-    if choices == ("auto",):
-        more |= {"type": place_or_auto, "metavar": "M|auto"}
-    elif choices:
-        more["choices"] = choices
-    elif field.annotation not in (str, bool) and "metavar" not in more:
-        more |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
-    parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
-
-
-def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str]) -> None:
-    """Add options from fields of an input model."""
+def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str], **more: Any) -> None:
+    """Add options from fields of an input model: help, unit, choices and default; ``more``: other settings of them."""
     for name in names:
-        option(parser, model, name)
+        field, settings = model.model_fields[name], dict(more)
+        extra = field.json_schema_extra
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        kinds = [field.annotation, *get_args(field.annotation)]
+        choices = next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
+        text = f"{field.description}, {unit}" if unit else f"{field.description}"
+        if field.annotation is bool:
+            settings["action"] = "store_true"
+        elif field.is_required():
+            settings.setdefault("required", True)
+        elif field.default is not None:
+            default = field.default if isinstance(field.default, str) else f"{field.default:g}"
+            settings["default"], text = field.default, f"{text} [{default}]"
+        if choices == ("auto",):
+            settings |= {"type": place_or_auto, "metavar": "M|auto"}
+        elif choices:
+            settings["choices"] = choices
+        elif field.annotation not in (str, bool) and "metavar" not in settings:
+            settings |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
+        parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **settings)
 
 
 def given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
@@ -190,11 +185,6 @@ def answer(found: Result, arguments: argparse.Namespace) -> str:
     return as_json(document(found.to_dict(), found.config())) if arguments.json else str(found)
 
 
-def written(target: Path, arguments: argparse.Namespace, inputs: Mapping[str, Any]) -> str:
-    """Return what is printed of a command that only writes a file."""
-    return as_json(document({"written": str(target)}, inputs)) if arguments.json else lines([("written", str(target))])
-
-
 def plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") -> None:
     """Add the option that draws."""
     parser.add_argument(f"--{name}", metavar="OUT.png", help=f"where to draw {what}")
@@ -251,8 +241,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
-    for name in (names := (*STRIP, "height", *SHEET, "model", "accuracy")):
-        option(parser, Simulation, name, required=False)
+    options(parser, Simulation, names := (*STRIP, "height", *SHEET, "model", "accuracy"), required=False)
     # What is not given is the model's to fill in, and must not come with a scene.
     parser.set_defaults(**dict.fromkeys(names))
     text = "where to write [the scene's name, or collapse, with .nc, here]"
@@ -305,7 +294,8 @@ def film(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.files import store
 
     film(store.read(arguments.result), arguments.output, progress=say)
-    return written(arguments.output, arguments, {"result": arguments.result})
+    written = {"written": str(arguments.output)}
+    return as_json(document(written, {"result": arguments.result})) if arguments.json else lines([*written.items()])
 
 
 def _fold_option(parser: argparse.ArgumentParser) -> None:
@@ -432,7 +422,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
     text = "largest distance of the path from the rows of a log with noise, m"
     log.add_argument("--smooth", type=metres, metavar="M", help=text)
-    option(parser, PathInputs, "fall")
+    options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
     options(parser, PathInputs, ("layer_friction", "step", "second_gripper"))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")

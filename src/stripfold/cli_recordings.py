@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.extras import require
-from stripfold.cli_commands import command, draw, given, lines, metres, option, options, plot_option, writable
+from stripfold.cli_commands import command, draw, given, lines, metres, options, plot_option, writable
 from stripfold.cli_messages import Say, write
 from stripfold.files.json_output import as_json, document
 
@@ -17,10 +17,9 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.film.request import EtaRequest
 
     source = parser.add_mutually_exclusive_group(required=True)
-    option(source, EtaRequest, "fold_height")
-    option(source, EtaRequest, "image", metavar="FILE")
-    for key in ("loop", "bending_length", "rigidity", "kes_b"):
-        option(source, EtaRequest, key)
+    options(source, EtaRequest, ("fold_height",))
+    options(source, EtaRequest, ("image",), metavar="FILE")
+    options(source, EtaRequest, ("loop", "bending_length", "rigidity", "kes_b"))
     options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth"))
     options(parser, EtaRequest, ("length", "height", "gsm", "kes_2hb"))
     plot_option(parser, "the fit over the picture", "picture")
