@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from plots.pieces import PATH_LOOKS, PATH_STYLES, note
 from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
-from stripfold.ask.prediction import stability_boundary
+from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.draw.colours import CRITICAL, GREEN, HANGING
 from stripfold.draw.stability_map import CURVES, draw_map
 from stripfold.draw.style import figure, legend_above, styled
@@ -55,7 +55,8 @@ def run(
     maps = [gripper_map(length) for length in lengths]
     errors = [[_error(one, z) for z in draw.uniform(0.1, one.snap.z[-1], checked)] for one in maps]
     strips = [StripModel(LENGTH, h, kind="rod") for h in thicknesses]
-    rod = [[r.lam for r in stability_boundary(((strip, z) for z in rod_heights), refinement)] for strip in strips]
+    predicted = [ElasticaPrediction.at(z) for z in rod_heights]
+    rod = [[end_of_advance(strip, one, refinement).lam for one in predicted] for strip in strips]
     found = gripper_map(LENGTH)
     on, at = elastica.critical(HEIGHT).advance - DISTANCES, np.full(DISTANCES.size, HEIGHT)
     advance = np.linspace(0.0, found.lifted_landed[-1, 0], PLACES[0])

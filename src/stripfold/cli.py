@@ -84,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 raise InvalidInputError(name, given, "a text without the character NUL")
         with messages(arguments) as say:
             command = COMMANDS[arguments.command]
-            commands.check_outputs(arguments, command.writes, command.named_after)
+            commands.check_outputs(arguments, arguments.parser, command.named_after)
             answer = command.run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)
         write(said)
@@ -164,4 +164,5 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
             if command.json:
                 options.add_argument("--json", action="store_true", help="print one JSON object")
             verbosity_options(options)
+            options.set_defaults(parser=options)
     return parser

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -35,14 +35,13 @@ a strip without friction, study disturbed_rpath (docs/physics.md, section 9)."""
 class Command(NamedTuple):
     """A sub-command: a line on what it does, its options, and the function that does it, whose docstring describes it.
 
-    The function returns what is printed, and an exit code where that is part of the result.  ``writes`` and
-    ``named_after`` are those of :func:`check_outputs`; ``json``: whether it has the common ``--json``.
+    The function returns what is printed, and an exit code where that is part of the result.  ``named_after`` is that of
+    :func:`check_outputs`; ``json``: whether it has the common ``--json``.
     """
 
     help: str
     options: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
-    writes: Mapping[str, str]
     named_after: Sequence[str]
     json: bool
 
@@ -52,16 +51,12 @@ R = TypeVar("R", str, tuple[str, int])
 
 
 def command(
-    text: str,
-    options: Callable[[argparse.ArgumentParser], None],
-    writes: Mapping[str, str] | None = None,
-    named_after: Sequence[str] = (),
-    json: bool = True,
+    text: str, options: Callable[[argparse.ArgumentParser], None], named_after: Sequence[str] = (), json: bool = True
 ) -> Callable[[Callable[[argparse.Namespace, Say], R]], Callable[[argparse.Namespace, Say], R]]:
     """Make a function a command of its name."""
 
     def register(run: Callable[[argparse.Namespace, Say], R]) -> Callable[[argparse.Namespace, Say], R]:
-        COMMANDS[run.__name__.rstrip("_")] = Command(text, options, run, writes or {}, named_after, json)
+        COMMANDS[run.__name__.rstrip("_")] = Command(text, options, run, named_after, json)
         return run
 
     return register
@@ -89,34 +84,29 @@ def place_or_auto(text: str) -> float | str:
     return text if text == "auto" else metres(text)
 
 
-def option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
-    """Add an option from the field of an input model: its help, unit, choices and default."""
-    field = model.model_fields[name]
-    extra = field.json_schema_extra
-    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    kinds = [field.annotation, *get_args(field.annotation)]
-    choices = next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
-    text = f"{field.description}, {unit}" if unit else f"{field.description}"
-    if field.annotation is bool:
-        more["action"] = "store_true"
-    elif field.is_required():
-        more.setdefault("required", True)
-    elif field.default is not None:
-        default = field.default if isinstance(field.default, str) else f"{field.default:g}"
-        more["default"], text = field.default, f"{text} [{default}]"
-    if choices == ("auto",):
-        more |= {"type": place_or_auto, "metavar": "M|auto"}
-    elif choices:
-        more["choices"] = choices
-    elif field.annotation not in (str, bool) and "metavar" not in more:
-        more |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
-    parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
-
-
-def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str]) -> None:
-    """Add options from fields of an input model."""
+def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str], **more: Any) -> None:
+    """Add options from fields of an input model: help, unit, choices and default; ``more``: other settings of them."""
     for name in names:
-        option(parser, model, name)
+        field, settings = model.model_fields[name], dict(more)
+        extra = field.json_schema_extra
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        kinds = [field.annotation, *get_args(field.annotation)]
+        choices = next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
+        text = f"{field.description}, {unit}" if unit else f"{field.description}"
+        if field.annotation is bool:
+            settings["action"] = "store_true"
+        elif field.is_required():
+            settings.setdefault("required", True)
+        elif field.default is not None:
+            default = field.default if isinstance(field.default, str) else f"{field.default:g}"
+            settings["default"], text = field.default, f"{text} [{default}]"
+        if choices == ("auto",):
+            settings |= {"type": place_or_auto, "metavar": "M|auto"}
+        elif choices:
+            settings["choices"] = choices
+        elif field.annotation not in (str, bool) and "metavar" not in settings:
+            settings |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
+        parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **settings)
 
 
 def given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
@@ -131,15 +121,18 @@ def _asked(arguments: argparse.Namespace, model: type[M], **more: Any) -> M:
 # -- files that are written, and what is printed
 
 
-def check_outputs(arguments: argparse.Namespace, writes: Mapping[str, str], named_after: Sequence[str]) -> None:
+def check_outputs(arguments: argparse.Namespace, parser: argparse.ArgumentParser, named_after: Sequence[str]) -> None:
     """Check up front that the output files can be written, and put their paths in the place of their names.
 
-    ``writes``: options that name a file, and how its name ends.  ``named_after``: where the first of them is not given,
-    it is called, in the working folder, after the file of the first of these arguments that is, or else has this name.
+    They are those of the options whose example of a value has an ending.  ``named_after``: without ``--output`` it is
+    called, in the working folder, after the file of the first of these arguments that is given, or else has this name.
     """
-    for name, suffix in writes.items():
+    for action in parser._actions:
+        name, suffix = action.dest, Path(action.metavar if isinstance(action.metavar, str) else "").suffix
+        if not suffix or not action.option_strings:
+            continue
         said = getattr(arguments, name)
-        if named_after and name == next(iter(writes)) and said is None:
+        if named_after and name == "output" and said is None:
             sources = (getattr(arguments, name, None) for name in named_after)
             said = f"{Path(next(filter(None, sources), named_after[-1])).stem}{suffix}"
         if not isinstance(said, str):  # not given, or to be printed
@@ -192,11 +185,6 @@ def answer(found: Result, arguments: argparse.Namespace) -> str:
     return as_json(document(found.to_dict(), found.config())) if arguments.json else str(found)
 
 
-def written(target: Path, arguments: argparse.Namespace, inputs: Mapping[str, Any]) -> str:
-    """Return what is printed of a command that only writes a file."""
-    return as_json(document({"written": str(target)}, inputs)) if arguments.json else lines([("written", str(target))])
-
-
 def plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") -> None:
     """Add the option that draws."""
     parser.add_argument(f"--{name}", metavar="OUT.png", help=f"where to draw {what}")
@@ -213,15 +201,12 @@ def critical_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip there")
 
 
-@command(
-    "critical point of a strip whose gripper advances at constant height", critical_options, writes={"plot": ".png"}
-)
+@command("critical point of a strip whose gripper advances at constant height", critical_options)
 def critical(arguments: argparse.Namespace, say: Say) -> str:
     """Find where a strip snaps through that lies flat, is lifted at one end and is then drawn over itself."""
     from stripfold.ask.inputs import Scene
 
     scene = _asked(arguments, Scene)
-    scene.require_long_enough()
     from stripfold.ask.critical import find
 
     return answer(find(scene, say), arguments)
@@ -233,9 +218,7 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
 
 
-@command(
-    "critical points of a grid of strips, on all cores", sweep_options, writes={"output": ".nc"}, named_after=("grid",)
-)
+@command("critical points of a grid of strips, on all cores", sweep_options, named_after=("grid",))
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
     """Find the critical points of all combinations of values; a sweep that was interrupted goes on."""
     from stripfold.base.validation import read_yaml
@@ -258,8 +241,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
-    for name in (names := (*STRIP, "height", *SHEET, "model", "accuracy")):
-        option(parser, Simulation, name, required=False)
+    options(parser, Simulation, names := (*STRIP, "height", *SHEET, "model", "accuracy"), required=False)
     # What is not given is the model's to fill in, and must not come with a scene.
     parser.set_defaults(**dict.fromkeys(names))
     text = "where to write [the scene's name, or collapse, with .nc, here]"
@@ -267,12 +249,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "lambda over the deflection")
 
 
-@command(
-    "simulation of a collapse: statics, fall, statics again",
-    simulate_options,
-    writes={"output": ".nc", "plot": ".png"},
-    named_after=("scene", "collapse"),
-)
+@command("simulation of a collapse: statics, fall, statics again", simulate_options, named_after=("scene", "collapse"))
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
     """Move a strip's gripper to the critical point, let the strip fall to rest, and move on."""
     from stripfold.ask.inputs import Simulation
@@ -310,14 +287,15 @@ def film_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
 
 
-@command("film of a simulated collapse", film_options, writes={"output": ".mp4"}, named_after=("result",))
+@command("film of a simulated collapse", film_options, named_after=("result",))
 def film(arguments: argparse.Namespace, say: Say) -> str:
     """Draw the result of `stripfold simulate` as an MP4 film."""
     from stripfold.draw.film import film
     from stripfold.files import store
 
     film(store.read(arguments.result), arguments.output, progress=say)
-    return written(arguments.output, arguments, {"result": arguments.result})
+    written = {"written": str(arguments.output)}
+    return as_json(document(written, {"result": arguments.result})) if arguments.json else lines([*written.items()])
 
 
 def _fold_option(parser: argparse.ArgumentParser) -> None:
@@ -336,7 +314,7 @@ def path_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the path")
 
 
-@command("gripper path of a half fold", path_options, writes={"plot": ".png", "csv": ".csv"})
+@command("gripper path of a half fold", path_options)
 def path(arguments: argparse.Namespace, say: Say) -> str:
     """Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor."""
     from stripfold.ask.inputs import UNSTRETCHED, Strip
@@ -382,12 +360,7 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip along the path")
 
 
-@command(
-    "a gripper path that folds a strip whose eta_b is not well known",
-    plan_options,
-    writes={"csv": ".csv", "json": ".json", "report": ".html", "plot": ".png"},
-    json=False,
-)
+@command("a gripper path that folds a strip whose eta_b is not well known", plan_options, json=False)
 def plan(arguments: argparse.Namespace, say: Say) -> str:
     """Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot."""
     from stripfold.ask.inputs import PlanInputs
@@ -425,9 +398,7 @@ def map_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the map")
 
 
-@command(
-    "stability map: the gripper places that a strip follows", map_options, writes={"output": ".nc", "plot": ".png"}
-)
+@command("stability map: the gripper places that a strip follows", map_options)
 def map_(arguments: argparse.Namespace, say: Say) -> str:
     """Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it."""
     from stripfold.ask.inputs import UNSTRETCHED, MapInputs
@@ -451,7 +422,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
     text = "largest distance of the path from the rows of a log with noise, m"
     log.add_argument("--smooth", type=metres, metavar="M", help=text)
-    option(parser, PathInputs, "fall")
+    options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
     options(parser, PathInputs, ("layer_friction", "step", "second_gripper"))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
@@ -464,11 +435,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--check", action="store_true", help=text)
 
 
-@command(
-    "assessment of a gripper path: critical points, falls, touch, forces",
-    assess_options,
-    writes={"plot": ".png", "film": ".mp4", "output": ".nc"},
-)
+@command("assessment of a gripper path: critical points, falls, touch, forces", assess_options)
 def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     """Follow a path statically to its critical points, let the strip fall there, and go on to its end."""
     from stripfold.ask.inputs import PathInputs
@@ -495,12 +462,7 @@ def new_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILE.yaml", help="write it there, a new file, instead of printing it")
 
 
-@command(
-    "a commented file to start from: a scene, a recording or a grid",
-    new_options,
-    writes={"output": ".yaml"},
-    json=False,
-)
+@command("a commented file to start from: a scene, a recording or a grid", new_options, json=False)
 def new(arguments: argparse.Namespace, say: Say) -> str:
     """Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained."""
     text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.extras import require
-from stripfold.cli_commands import command, draw, given, lines, metres, option, options, plot_option, writable
+from stripfold.cli_commands import command, draw, given, lines, metres, options, plot_option, writable
 from stripfold.cli_messages import Say, write
 from stripfold.files.json_output import as_json, document
 
@@ -17,20 +17,15 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.film.request import EtaRequest
 
     source = parser.add_mutually_exclusive_group(required=True)
-    option(source, EtaRequest, "fold_height")
-    option(source, EtaRequest, "image", metavar="FILE")
-    for key in ("loop", "bending_length", "rigidity", "kes_b"):
-        option(source, EtaRequest, key)
+    options(source, EtaRequest, ("fold_height",))
+    options(source, EtaRequest, ("image",), metavar="FILE")
+    options(source, EtaRequest, ("loop", "bending_length", "rigidity", "kes_b"))
     options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth"))
     options(parser, EtaRequest, ("length", "height", "gsm", "kes_2hb"))
     plot_option(parser, "the fit over the picture", "picture")
 
 
-@command(
-    "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
-    eta_options,
-    writes={"picture": ".png"},
-)
+@command("eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test", eta_options)
 def eta(arguments: argparse.Namespace, say: Say) -> str:
     """Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from
     a picture of such a loop or of a strip that hangs out of a clamp."""
@@ -98,12 +93,7 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
 
 
-@command(
-    "calibration of a camera from pictures of a board",
-    calibrate_options,
-    writes={"output": ".yaml"},
-    named_after=("camera",),
-)
+@command("calibration of a camera from pictures of a board", calibrate_options, named_after=("camera",))
 def calibrate(arguments: argparse.Namespace, say: Say) -> str:
     """Calibrate a camera, report each picture and the quality, and accept or refuse it."""
     require("vision")

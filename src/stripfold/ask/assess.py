@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from math import isfinite, isnan, nan
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,7 +44,7 @@ from stripfold.follow.track import (
 )
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.rpath import HalfFold, half_fold
+from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import largest_miss
 from stripfold.solve.dynamics import TimeState
 from stripfold.strip.hysteresis import YIELD_CURVATURE
@@ -73,9 +73,9 @@ class PathAssessment(Result):
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the last ``row`` before it of a path from a
         file, the ``angle`` with the stability boundary in degrees, and how large the event is: ``drop``, the largest
         height that a point of the strip loses until it is at rest with the gripper at the same place, m, the ``energy``
-        freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome`` says in
-        words what the strip did; ``change`` is by how much farther along the path it lies on another mesh, m; nan where
-        that mesh has none.
+        freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome``: in words
+        what the strip did; ``change``: by how much farther along the path it lies on another mesh, m; nan where that
+        mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0, for a half fold.
@@ -159,7 +159,7 @@ class PathAssessment(Result):
             ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
             ("peak push", self._push()),
             ("completed", self._completed()),
-            *([] if self.asked.second_gripper is None else self._second_rows(self.second_gripper)),
+            *self._second_rows(),
             ("mesh", self._mesh()),
             ("time", f"{self.seconds:.1f} s"),
         ]
@@ -173,17 +173,11 @@ class PathAssessment(Result):
         touch = f"; first touch within {abs(self.touch_change):.2g} m" if isfinite(self.touch_change) else ""
         return f"{OTHER_MESH} the verdict is the same{points}{touch}"
 
-    @staticmethod
-    def _second_rows(second: SecondOnPath | None) -> Rows:
-        if second is None:
-            return [("2nd gripper", "none is needed: a rod follows the path without a critical point")]
-        taken = f"at t = {second.t:.4g}, x = {second.x:.4g} m, z = {second.z:.4g} m"
-        end = f"t = {second.end_t:.4g}, gripper at x = {second.end_x:.4g} m, z = {second.end_z:.4g} m"
-        return [
-            ("2nd gripper", metres(second.s, f"along the strip from the first, taken {taken}")),
-            ("  snap", f"{'yes' if second.snap else 'no'}: {second.reason}"),
-            ("  stable to", f"{end}, {second.gain:.4g} m farther than with one gripper"),
-        ]
+    def _second_rows(self) -> Rows:
+        if self.second_gripper is not None:
+            return self.second_gripper.rows()
+        none = ("2nd gripper", "none is needed: a rod follows the path without a critical point")
+        return [] if self.asked.second_gripper is None else [none]
 
     @staticmethod
     def _event_rows(event: Mapping[str, Any]) -> Rows:
@@ -229,34 +223,29 @@ class PathAssessment(Result):
         """Numbers and states as variables, truth values and texts as attributes."""
         found = {name: value for name, value in self.to_dict().items() if name != "seconds"}
         values: dict[str, Any] = {name: ((), value) for name, value in found.items() if isinstance(value, float)}
-        states, unit = self._mid_surfaces(), self.asked.gravity_length
+        states, unit = self._mid_surfaces(self.states), self.asked.gravity_length
         values |= {
             "pseudo_time": ("state", [self.path.curve.pseudo_time(unit * point.lam) for _, point in self.states]),
             "x": (("state", "node"), states[..., 0]),
             "z": (("state", "node"), states[..., 1]),
             "kind": ("event", [event["kind"] for event in self.critical]),
         }
-        values |= {
-            f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
-            for key in ("t", "x", "z", "angle", "drop", "energy", "speed", "change")
-        }
-        if (second := self.second_gripper) is not None:
-            values |= {f"second_{key}": ((), float(getattr(second, key))) for key in ("s", "x", "z", "snap")}
-        flags = {name: int(value) for name, value in found.items() if isinstance(value, bool)}
-        return schema.dataset(values, flags | {name: said for name, said in found.items() if isinstance(said, str)})
+        for key in ("t", "x", "z", "angle", "drop", "energy", "speed", "change"):
+            values[f"critical_{key}"] = ("event", np.array([event[key] for event in self.critical], dtype=float))
+        for key in ("s", "x", "z", "snap") if self.second_gripper else ():
+            values[f"second_{key}"] = ((), float(getattr(self.second_gripper, key)))
+        attrs = {name: int(said) if isinstance(said, bool) else said for name, said in found.items()}
+        return schema.dataset(values, {name: said for name, said in attrs.items() if isinstance(said, int | str)})
 
-    def _mid_surfaces(self, states: Sequence[StripState] | None = None) -> Array:
+    def _mid_surfaces(self, states: Sequence[StripState]) -> Array:
         """Shape (states, nodes, 2), m."""
-        unit = self.asked.gravity_length
-        arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
-        states = self.states if states is None else states
-        return unit * mid_surfaces(states, arc)
+        return self.asked.gravity_length * mid_surfaces(states, np.linspace(0.0, self.asked.length_star, NODES))
 
     def plot(self) -> Figure:
         """Draw the strip along the path; critical points are crosses, states after a fall green."""
         from stripfold.draw.results import draw_strip
 
-        states = self._mid_surfaces()
+        states = self._mid_surfaces(self.states)
         before = self.falls[0][0] if self.falls else len(states)
         parts = [
             [states[i] for i in np.unique(np.linspace(first, last - 1, 12).astype(int))] if last > first else []
@@ -296,19 +285,6 @@ class PathAssessment(Result):
         return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}
 
 
-class Marks(NamedTuple):
-    """What two meshes are compared by: lengths travelled at the critical points, x of the first touch, any failure."""
-
-    travelled: tuple[float, ...]
-    touch: float
-    failed: bool = False
-
-    @classmethod
-    def of(cls, found: Track) -> Marks:
-        """Take them from what was followed."""
-        return cls(tuple(event.travelled for event in found.events), found.touch_x, found.failure is not None)
-
-
 def assess(
     asked: PathInputs,
     path: FoldPath,
@@ -336,7 +312,7 @@ def assess(
         found = assess_strip(strip, curve, fall, refinement, progress)
         again = partial(_again, found, strip, curve, fall, COARSER * refinement)
     else:
-        if asked.step is not None and not 0.0 < asked.step <= unit * curve.length:
+        if asked.step is not None and asked.step > unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
             raise InvalidInputError("step", asked.step, allowed)
         size = min(STEP, curve.length) if asked.step is None else asked.step / unit
@@ -344,9 +320,15 @@ def assess(
         effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
         found = load_path(strip.contact_mesh(refinement, memory=True), curve, effects, size, progress)
         again = partial(load_path, strip.contact_mesh(COARSER * refinement, memory=True), curve, effects, size)
-    here = Marks.of(found)
-    changes, touch_change, dependence = mesh_change(here, _on_another_mesh(again, progress) if compare else here)
-    events, failure = _events(found, material), found.failure
+    changes, touch_change, dependence = (nan,) * len(found.events), nan, ""
+    if compare:
+        if progress is not None:
+            progress("on another mesh")
+        try:
+            changes, touch_change, dependence = mesh_change(found, again())
+        except SolveError as error:
+            dependence = " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
+    events, failure = _events(found, material, curve, changes), found.failure
     if asked.layer_friction is not None:
         if found.touch is not None:  # these statics know no friction between the layers
             events = []
@@ -364,7 +346,9 @@ def assess(
         second = second_on_path(material, asked.length, curve, asked.second_gripper)
 
     folded_length = strip.length if path.fold_at is None else 2.0 * path.fold_at / unit
-    fold, fold_line = _fold(folded_length), 0.5 * (folded_length - strip.length)
+    fold, fold_line = None, 0.5 * (folded_length - strip.length)
+    with suppress(InvalidInputError):  # a strip too short or too long for one
+        fold = half_fold(folded_length)
     planned, landing = (fold.first_touch, fold.landing) if fold else (nan, nan)
     planned, landing = planned + fold_line, landing + fold_line
     states = found.static or found.states
@@ -378,9 +362,7 @@ def assess(
     push, push_z = peak_push(states)
     return PathAssessment(
         stable=not events,
-        critical=tuple(
-            _event_in_si(event, curve, unit, change) for event, change in zip(events, changes, strict=False)
-        ),
+        critical=tuple(events),
         touch_x=unit * found.touch_x,
         planned_touch_x=unit * planned,
         touch_error=unit * (found.touch_x - planned),
@@ -404,43 +386,35 @@ def assess(
         path=path,
         asked=asked,
         states=states,
-        falls=_falls(found),
+        falls=tuple((_statics(found, part.start), found.states[part]) for part in found.falls),
     )
 
 
-def _events(found: Track, material: Material) -> list[dict[str, Any]]:
-    """Say what the strip did at each critical point, and how large the fall from there was, in SI."""
+def _events(found: Track, material: Material, path: GripperPath, changes: Sequence[float]) -> list[dict[str, Any]]:
+    """Say where the critical points are, what the strip did there, and how large the fall was, in SI."""
     events, scales = [], material.scales
-    for number, event in enumerate(found.events):
-        given: dict[str, Any] = {"travelled": event.travelled, "kind": event.kind, "angle": event.angle}
-        given |= {"drop": nan, "energy": nan, "speed": nan, "outcome": NOT_FOLLOWED}
+    for number, (event, change) in enumerate(zip(found.events, changes, strict=True)):
+        x, z = (scales["m"] * path.position(event.travelled)).tolist()
+        drop, energy, speed, outcome = nan, nan, nan, NOT_FOLLOWED
         if number < len(found.falls):
             part = found.falls[number]
             motion = found.states[part]
             with suppress(SolveError):
                 drop, energy = size_of_fall(found.states[part.start - 1], motion)
-                given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy}
-            given |= {"speed": scales["m s-1"] * peak_speed(motion)}
-            given["outcome"] = "at rest without a touch" if first_landing(motion) is None else "fell to a touch"
+            speed = peak_speed(motion)
+            outcome = "at rest without a touch" if first_landing(motion) is None else "fell to a touch"
         elif number == len(found.falls) and found.failure is not None:
-            given["outcome"] = "the fall could not be followed to rest"
-        events.append(given)
+            outcome = "the fall could not be followed to rest"
+        given: dict[str, Any] = {"t": path.pseudo_time(event.travelled), "row": path.row(event.travelled)}
+        given |= {"x": x, "z": z, "kind": event.kind, "angle": event.angle}
+        given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy, "speed": scales["m s-1"] * speed}
+        events.append(given | {"outcome": outcome, "change": scales["m"] * change})
     return events
 
 
-def _falls(found: Track) -> tuple[tuple[int, tuple[StripState, ...]], ...]:
-    """Return the falls, each with the number of static states before it."""
-    static = [phase != FALL for phase in found.phases]
-    return tuple((sum(static[: part.start]), found.states[part]) for part in found.falls)
-
-
-def _event_in_si(event: Mapping[str, Any], path: GripperPath, unit: float, change: float) -> dict[str, Any]:
-    """Say where on the path a critical point is, and by how much it lies farther on another mesh."""
-    known = dict(event)
-    travelled = known.pop("travelled")
-    x, z = unit * path.position(travelled)
-    place = {"t": path.pseudo_time(travelled), "row": path.row(travelled), "x": float(x), "z": float(z)}
-    return place | known | {"change": unit * change}
+def _statics(found: Track, count: int) -> int:
+    """Number of static states among the first ``count``."""
+    return sum(phase != FALL for phase in found.phases[:count])
 
 
 def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Track:
@@ -456,38 +430,17 @@ def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None
     return assess_strip(strip, path, fall, refinement, first=first, piece=piece)
 
 
-def _on_another_mesh(run: Callable[[], Track], progress: Progress | None) -> Marks | str:
-    """Follow the path on another mesh, or say why it could not be."""
-    if progress is not None:
-        progress("on another mesh")
-    try:
-        return Marks.of(run())
-    except SolveError as error:
-        return " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
-
-
-def mesh_change(found: Marks, other: Marks | str) -> tuple[tuple[float, ...], float, str]:
+def mesh_change(found: Track, other: Track) -> tuple[tuple[float, ...], float, str]:
     """Compare two meshes: how much farther each critical point and the touch lie, and in words what is not the same.
 
     nan where one of them has none.  What follows a failure on one of them is no difference.
     """
-    here, missing = found.travelled, (nan,) * len(found.travelled)
-    if isinstance(other, str):
-        return missing, nan, other
-    there = other.travelled
+    here, there = ([event.travelled for event in track.events] for track in (found, other))
     apart = [b - a for a, b in zip(here, there, strict=False)]
-    said = ""
-    if (len(here) > len(there) and not other.failed) or (len(there) > len(here) and not found.failed):
+    touch, said = other.touch_x - found.touch_x, ""
+    if (len(here) > len(there) and not other.failure) or (len(there) > len(here) and not found.failure):
         points = f"critical point{'s' * (len(there) != 1)}"
         said = f"{OTHER_MESH} the strip has {len(there) or 'no'} {points}, not {len(here)}"
-    elif isnan(found.touch) != isnan(other.touch) and not (found.failed or other.failed):
-        said = f"{OTHER_MESH} the strip {'does not touch' if isnan(other.touch) else 'touches'}"
-    return (*apart, *missing)[: len(here)], other.touch - found.touch, said
-
-
-def _fold(length: float) -> HalfFold | None:
-    """Return the accurate fold of a strip of this length, L*; none of one too short or too long for it."""
-    try:
-        return half_fold(length)
-    except InvalidInputError:
-        return None
+    elif (found.touch is None) != (other.touch is None) and not (found.failure or other.failure):
+        said = f"{OTHER_MESH} the strip {'does not touch' if other.touch is None else 'touches'}"
+    return (*apart, *(nan for _ in here[len(apart) :])), touch, said

@@ -1,15 +1,14 @@
 """A strip through its collapse, with all states, and which effects the strip had, needed, and what they cost.
 
-Each test of a need is a pure function of quantities already computed, and reports the two values it compared.
 Source: docs/effects.md.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite, nan
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
@@ -17,7 +16,6 @@ import numpy as np
 
 from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.arguments import checked, file_name
-from stripfold.base.arrays import Array
 from stripfold.base.errors import TimeStepError
 from stripfold.base.material import Material
 from stripfold.base.phases import FALL
@@ -27,7 +25,6 @@ from stripfold.follow.fall import Fall, collapse
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End, StripState, Track, mid_surfaces, node_weights, nodes
 from stripfold.solve.dynamics import Energy, TimeState
-from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 from stripfold.strip.effects import LayerFriction
 from stripfold.strip.self_contact import SelfContact
@@ -49,17 +46,12 @@ ENDS = {
 """What ended a simulation, in words."""
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
 FRICTION, LAYER_FRICTION, SOLID = "friction", "layer_friction", "solid"
-EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, LAYER_FRICTION, SOLID)
-"""As in :class:`.inputs.Effects`."""
-
-COLUMNS = ("needed", "active", "since", "value", "threshold")
+"""Effects, as in :class:`.inputs.Effects`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StripCollapse(Result):
-    """A strip through its collapse: statics to lambda_c, the fall, statics again.
-
-    Source: docs/physics.md, section 6.
+    """A strip through its collapse: statics to lambda_c, the fall, statics again.  Source: docs/physics.md, section 6.
 
     Attributes
     ----------
@@ -140,55 +132,6 @@ class StripCollapse(Result):
         return self.simulation.as_config()
 
 
-@dataclass(frozen=True, slots=True)
-class Need:
-    """Whether a scene needs an effect: what was compared with what, in units of L*, and why, in words."""
-
-    needed: bool
-    value: float
-    threshold: float
-    reason: str
-
-
-def need_of_contact(lowest: float) -> Need:
-    """From the lowest height over the floor, L*."""
-    return Need(lowest <= 0.0, lowest, 0.0, f"the lowest point is {lowest:.2g} L* over the floor")
-
-
-def need_of_self_contact(gap: float) -> Need:
-    """From the smallest distance of layers above the floor less the thickness, L*."""
-    if gap == float("inf"):
-        return Need(False, gap, 0.0, "no two layers come near each other above the floor")
-    words = f"{gap:.2g} L* more than the thickness is the smallest distance of layers above the floor"
-    return Need(gap < 0.0, gap, 0.0, words)
-
-
-def need_of_inertia(slope: float, kinetic_share: float | None) -> Need:
-    """From the slope of lambda where the smooth advance ends, and the largest share of what is released that moves."""
-    words = "lambda has a maximum: no equilibrium is near behind it"
-    if kinetic_share is not None:
-        words += f"; up to {kinetic_share:.0%} of what it had and released is in motion"
-    return Need(slope <= 0.0, slope, 0.0, words if slope <= 0.0 else "lambda has no maximum: statics go on")
-
-
-def need_of_friction() -> Need:
-    """Nothing in a scene tells that a fabric has internal friction: it has to be named."""
-    return Need(False, 0.0, 0.0, "the scene names no internal friction")
-
-
-def need_of_layer_friction(mu: float, touch: bool) -> Need:
-    """From the coefficient of friction, and whether the upper layer comes down on the lower one."""
-    words = f"the layers {'touch' if touch else 'do not touch'}, with a coefficient of friction of {mu:g}"
-    return Need(touch and mu > 0.0, mu, 0.0, words)
-
-
-def need_of_solid(error: float, accuracy: float) -> Need:
-    """From the rod's relative distance from the solid, and the wanted relative accuracy of lambda_c."""
-    return Need(
-        error > accuracy, error, accuracy, f"a rod's lambda_c is up to {error:.1e} of itself away from the solid's"
-    )
-
-
 def in_solver_units(release: Release, material: Material) -> Fall:
     """How a strip of a material is released, in units of L* and sqrt(L*/g)."""
     time = float(np.sqrt(material.gravity_length / material.gravity))
@@ -224,72 +167,55 @@ def timed(simulation: Simulation, progress: Progress | None = None) -> tuple[xr.
     found = collapse(strip, simulation.height_star, fall, progress=progress, self_contact=layers, layer_friction=mu)
     whole = perf_counter() - began
     effects, self_contact = record(simulation, found)
-    return dataset(simulation, found).merge(effects).assign_attrs(effects.attrs), Clock(whole, self_contact)
+    return _dataset(simulation, found).merge(effects).assign_attrs(effects.attrs), Clock(whole, self_contact)
 
 
-def dataset(simulation: Simulation, found: Track) -> xr.Dataset:
-    """All states of a collapse.
-
-    Returns
-    -------
-    Dataset over ``state`` and ``node``; ``phase`` says of each state whether it is static before lambda_c, in the fall,
-    or static after it.
-    """
+def _dataset(simulation: Simulation, found: Track) -> xr.Dataset:
+    """All states over ``state`` and ``node``; ``phase`` says of each where in the collapse it is."""
     material, states = simulation.material, found.states
     length = states[0].problem.model.length
     arc = nodes(length)
-
-    def each(get: Callable[[Point | TimeState], float]) -> Array:
-        return np.array([get(point) for _, point in states], dtype=float)
-
-    def energy_of(state: StripState) -> Energy:
-        problem, point = state
-        return point.energy if isinstance(point, TimeState) else Energy(0.0, *problem.energies(point.q))
-
-    def of_balance(phase: str, energy: Energy, name: str) -> float:
-        return float(getattr(energy, name)) if phase == FALL or name in IN_STATICS else np.nan
-
     middle = mid_surfaces(states, arc)
-    moved = np.sqrt(np.sum((middle - middle[0]) ** 2, axis=2) @ node_weights(arc) / length)
-    energies = [(phase, energy_of(state)) for phase, state in zip(found.phases, states, strict=True)]
-    columns = {
-        "time": each(lambda s: s.t if isinstance(s, TimeState) else np.nan),
-        "advance": each(lambda s: s.lam),
-        "deflection": moved,
-        "contacts": each(lambda s: len(s.active)),
-        "minimal_gap": np.array([np.min(point.q[problem.bounded]) for problem, point in states]),
-        "negatives": each(lambda s: s.negatives if isinstance(s, Point) else np.nan),
-        **{name: np.array([of_balance(phase, e, name) for phase, e in energies]) for name in ENERGIES},
-    }
-    falling, touch = fall_of(found), found.touch
+    columns: dict[str, list[float]] = {name: [] for name in ("time", "negatives", *ENERGIES)}
+    for (problem, point), phase in zip(states, found.phases, strict=True):
+        if isinstance(point, TimeState):
+            time, negatives, energy = point.t, nan, point.energy
+        else:
+            time, negatives, energy = nan, float(point.negatives), Energy(0.0, *problem.energies(point.q))
+        columns["time"].append(time)
+        columns["negatives"].append(negatives)
+        for name in ENERGIES:
+            columns[name].append(getattr(energy, name) if phase == FALL or name in IN_STATICS else nan)
+    falling, touch = _fall_of(found), found.touch
     scalars = {
         "gripper_height": simulation.height_star,
         "lambda_0": states[0].point.lam,
         "lambda_c": found.events[0].travelled,
-        "touch_time": _time(states[touch.index]) if touch else np.nan,
-        "touch_x": touch.x if touch else np.nan,
-        "settle_time": _time(falling[-1]) if falling and simulation.until == "rest" else np.nan,
+        "touch_time": _time(states[touch.index]) if touch else nan,
+        "touch_x": touch.x if touch else nan,
+        "settle_time": _time(falling[-1]) if falling and simulation.until == "rest" else nan,
     }
-    attrs = {
-        **material.attributes,
-        "thickness": material.thickness,
-        "length": simulation.length,
-        "end": _end(found),
-    }
+    end = ENDS[found.end]
+    if found.end is End.SNAP:
+        end = "another critical point" if falling else "the critical point: statics alone do not lead past it"
     on = ("state", "node")
     return schema.dataset(
         {
             **{name: ((), value) for name, value in scalars.items()},
             **{name: ("state", values) for name, values in columns.items()},
-            **{"x": (on, middle[..., 0]), "z": (on, middle[..., 1]), "arc": ("node", arc)},
+            "advance": ("state", [state.lam for state in states]),
+            "deflection": ("state", np.sqrt(np.sum((middle - middle[0]) ** 2, axis=2) @ node_weights(arc) / length)),
+            "contacts": ("state", np.array([len(point.active) for _, point in states], dtype=float)),
+            "minimal_gap": ("state", [np.min(point.q[problem.bounded]) for problem, point in states]),
             "phase": ("state", list(found.phases)),
+            **{"x": (on, middle[..., 0]), "z": (on, middle[..., 1]), "arc": ("node", arc)},
         },
-        attrs,
+        {**material.attributes, "thickness": material.thickness, "length": simulation.length, "end": end},
         material.scales,
     )
 
 
-def fall_of(found: Track) -> Sequence[StripState]:
+def _fall_of(found: Track) -> Sequence[StripState]:
     """The states of the fall; none where it was not asked for."""
     return found.states[found.falls[0]] if found.falls else ()
 
@@ -299,72 +225,76 @@ def _time(state: StripState) -> float:
     return state.point.t
 
 
-def _end(found: Track) -> str:
-    if found.end is End.SNAP:
-        return "another critical point" if found.falls else "the critical point: statics alone do not lead past it"
-    return ENDS[found.end]
+class Effect(NamedTuple):
+    """An effect in a scene: whether it is needed, by two numbers compared (L*) and in words; whether and since when
+    it acted, s after the release."""
+
+    needed: bool
+    value: float
+    threshold: float
+    reason: str
+    active: bool
+    since: float = nan
 
 
 def record(simulation: Simulation, found: Track) -> tuple[xr.Dataset, float]:
-    """The record, over ``effect``; its attribute ``missing`` names what is needed and was switched off.
-
-    Parameters
-    ----------
-    simulation, found
-        What was asked for, and what came of it.
-
-    Returns
-    -------
-    The record, and the time that self-contact took, its monitor included, s: no part of the record, which is the same
-    in every run.
-    """
-    asked, thickness = simulation.effects, simulation.material.relative_thickness
-    falling, touch = fall_of(found), found.touch
-    gap, met, looked = _layers(found, thickness)
+    """The record over ``effect``, whose attribute ``missing`` names what is needed and was off; and the time that
+    self-contact took, its monitor included, s."""
+    asked, accuracy, unit = simulation.effects, simulation.accuracy, simulation.time_unit
+    falling, touch, mu = _fall_of(found), found.touch, simulation.layer_friction
+    gap, met, looked = _layers(found, simulation.material.relative_thickness)
+    near = f"{gap:.2g} L* more than the thickness is the smallest distance of layers above the floor"
+    if gap == inf:
+        near = "no two layers come near each other above the floor"
     problem, first = found.states[0]
+    lowest = float(first.q[problem.bounded].min())
+    maximum = "lambda has a maximum: no equilibrium is near behind it"
+    if falling:
+        maximum += f"; up to {_kinetic_share(falling):.0%} of what it had and released is in motion"
     contact = falling[0].problem.self_contact if falling else None
-    needs: dict[str, Need] = {
-        CONTACT: need_of_contact(float(first.q[problem.bounded].min())),
-        SELF_CONTACT: need_of_self_contact(gap),
-        # At lambda_c its slope is zero and falls.
-        INERTIA: need_of_inertia(-1.0, kinetic_share(falling) if falling else None),
-        FRICTION: need_of_friction(),
-        LAYER_FRICTION: need_of_layer_friction(simulation.layer_friction, touch is not None),
-        SOLID: need_of_solid(simulation.distance_from_solid("rod"), simulation.accuracy),
-    }
     rubs = bool(falling) and any(isinstance(effect, LayerFriction) for effect in falling[0].problem.effects)
-    rows: dict[str, dict[str, float]] = {
-        CONTACT: {"active": 1.0},
-        SELF_CONTACT: {
-            # Ready from the beginning of the fall; it acts from where layers first meet.
-            "active": float(contact is not None and (gap < 0.0 or asked.self_contact == "on")),
-            "since": simulation.time_unit * met if contact is not None else np.nan,
-        },
-        INERTIA: {"active": float(bool(falling)), "since": 0.0 if falling else np.nan},
-        FRICTION: {"active": 0.0},
-        LAYER_FRICTION: {
-            # It acts on the upper layer from the first touch on.
-            "active": float(rubs),
-            "since": simulation.time_unit * _time(found.states[touch.index]) if rubs and touch else np.nan,
-        },
-        SOLID: {"active": float(simulation.model == "solid")},
+    rubbing = f"the layers {'touch' if touch else 'do not touch'}, with a coefficient of friction of {mu:g}"
+    rod = simulation.distance_from_solid("rod")
+    by_rod = f"a rod's lambda_c is up to {rod:.1e} of itself away from the solid's"
+    effects = {
+        CONTACT: Effect(lowest <= 0.0, lowest, 0.0, f"the lowest point is {lowest:.2g} L* over the floor", True),
+        # Ready from the beginning of the fall; it acts from where layers first meet.
+        SELF_CONTACT: Effect(
+            gap < 0.0,
+            gap,
+            0.0,
+            near,
+            contact is not None and (gap < 0.0 or asked.self_contact == "on"),
+            unit * met if contact is not None else nan,
+        ),
+        # At lambda_c its slope is zero and falls.
+        INERTIA: Effect(True, -1.0, 0.0, maximum, bool(falling), 0.0 if falling else nan),
+        FRICTION: Effect(False, 0.0, 0.0, "the scene names no internal friction", False),
+        # It acts on the upper layer from the first touch on.
+        LAYER_FRICTION: Effect(
+            touch is not None and mu > 0.0,
+            mu,
+            0.0,
+            rubbing,
+            rubs,
+            unit * _time(found.states[touch.index]) if rubs and touch else nan,
+        ),
+        SOLID: Effect(rod > accuracy, rod, accuracy, by_rod, simulation.model == "solid"),
     }
-    for name, need in needs.items():
-        rows[name] |= {"needed": float(need.needed), "value": need.value, "threshold": need.threshold}
-    missing = [e for e in EFFECTS if rows[e]["needed"] and not rows[e]["active"]]
+    numbers = ("needed", "value", "threshold", "active", "since")
     table = schema.dataset(
         {
-            **{name: ("effect", [rows[e].get(name, np.nan) for e in EFFECTS]) for name in COLUMNS},
+            **{name: ("effect", [float(getattr(one, name)) for one in effects.values()]) for name in numbers},
             "asked": ("effect", list(asked.model_dump().values())),
-            "reason": ("effect", [needs[e].reason for e in EFFECTS]),
-            "effect": ("effect", EFFECTS),
+            "reason": ("effect", [one.reason for one in effects.values()]),
+            "effect": ("effect", tuple(effects)),
         },
-        {"missing": ", ".join(missing)},
+        {"missing": ", ".join(name for name, one in effects.items() if one.needed and not one.active)},
     )
     return table, looked if contact is None else looked + sum(contact.spent)
 
 
-def kinetic_share(falling: Sequence[StripState]) -> float:
+def _kinetic_share(falling: Sequence[StripState]) -> float:
     """The largest kinetic energy of a fall, as a share of what it began with and what was released in all of it."""
     energies = [point.energy for _, point in falling if isinstance(point, TimeState)]
     potential = np.array([e.elastic + e.gravity for e in energies])
@@ -375,7 +305,7 @@ def kinetic_share(falling: Sequence[StripState]) -> float:
 def _layers(found: Track, thickness: float) -> tuple[float, float, float]:
     """The smallest gap of layers above the floor, L*; when they first met, sqrt(L*/g), nan for never; seconds taken."""
     began = perf_counter()
-    falling = fall_of(found)
+    falling = _fall_of(found)
     model = falling[0].problem.model if falling else found.states[-1].problem.model
     monitor = SelfContact.of(model, thickness)
     smallest, met = np.inf, np.nan

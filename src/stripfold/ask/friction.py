@@ -88,18 +88,12 @@ def lost_with(
 
 
 def estimate(length: float, uncertainty: float) -> float:
-    """Estimate M_0 with which a strip follows an R-path, rho_a g L*^2.
-
-    ``length``: in L*.  ``uncertainty``: of eta_b, relative.
-    """
+    """Estimate M_0, rho_a g L*^2, with which a strip, L*, follows an R-path for a relative ``uncertainty`` of eta_b."""
     return max(EXACT, UNCERTAIN * length**1.5 * sqrt(uncertainty))
 
 
 def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> bool:
-    """Whether a strip is followed to its first touch: from there on its layer is laid down.
-
-    Raises SolveError: the path could not be followed.
-    """
+    """Whether a strip is followed to its first touch: from there on its layer is laid down; raises SolveError."""
     material, length, path = strip
     unit = material.gravity_length
     kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
@@ -153,10 +147,7 @@ class FrictionBoundary:
 
 
 def friction_boundary(length: float, moment: float, progress: Callable[[str], None] | None = None) -> FrictionBoundary:
-    """The ends of the advance of a strip of ``length`` with the friction moment ``moment``, M_0 in rho_a g L*^2.
-
-    Raises SolveError: a step could not be computed.
-    """
+    """Find the ends of the advance of a strip of ``length`` with M_0 = ``moment``, rho_a g L*^2; raises SolveError."""
     strip, done = StripModel(length, THICKNESS, kind="rod"), Percent(progress, "with friction")
     rows: list[tuple[float, float, bool]] = []
     for lifted, height in _lifted(strip, moment):

@@ -50,13 +50,7 @@ Law = Literal["svk", "printed"]
 
 
 class Strip(Input):
-    """A strip of fabric.
-
-    Raises
-    ------
-    InvalidInputError
-        A number outside its limits, or a combination that is no strip, as with a wrong unit.
-    """
+    """A strip of fabric: each number within its limits, and a combination that is a strip."""
 
     length: Length
     eta_b: EtaB
@@ -160,15 +154,8 @@ class AtHeight(Strip):
     def require_long_enough(self, lifted: float | None = None) -> None:
         """Refuse a strip of which nothing would lie on the floor any more where the advance of the gripper ends.
 
-        The advance ends at the critical point, or where the sag touches the lower layer first.  The free length there
-        is the elastica's, which differs little from the solid's.
-
-        Raises
-        ------
-        InvalidInputError
-            The strip is too short for this height; the message says how long it must be.
-        SolveError
-            The elastica could not be solved.
+        ``lifted``: free length there, the elastica's, L*, if it is known already.  Raises InvalidInputError: the strip
+        is too short for this height; SolveError: the elastica could not be solved.
         """
         from stripfold import elastica
 
@@ -216,10 +203,6 @@ class Scene(AtHeight):
     ] = None
     second_gripper: SecondPlace = None
 
-    def with_eta_b(self, eta_b: float) -> Scene:
-        """The same scene with another eta_b."""
-        return Scene(**{**self.model_dump(), "eta_b": eta_b})
-
     @model_validator(mode="after")
     def _check_law(self) -> Self:
         if self.model != "solid" and self.law != "svk":
@@ -245,14 +228,10 @@ class PathInputs(Strip):
     second_gripper: SecondPlace = None
 
     @model_validator(mode="after")
-    def _check_second_gripper(self) -> Self:
+    def _check_friction(self) -> Self:
         laws = self.friction_moment, self.pull, self.layer_friction
         if self.second_gripper is not None and any(law is not None for law in laws):
             raise InvalidInputError("second_gripper", self.second_gripper, "no friction together with it")
-        return self
-
-    @model_validator(mode="after")
-    def _check_friction(self) -> Self:
         if self.friction_moment is not None and self.pull is not None:
             raise InvalidInputError("pull", self.pull, "nothing together with friction_moment", "give only one")
         internal = self.friction_moment is not None or self.pull is not None
@@ -293,14 +272,10 @@ class PlanInputs(Strip):
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
 
     @model_validator(mode="after")
-    def _check_margin(self) -> Self:
+    def _check_plan(self) -> Self:
         if not self.margin < self.length:
             advice = value_meant(self.margin, "m", 0.0, 0.25 * self.length)
             raise InvalidInputError("margin", self.margin, f"less than the length, {self.length:g} m", advice)
-        return self
-
-    @model_validator(mode="after")
-    def _check_friction(self) -> Self:
         if self.yield_curvature is not None and self.friction_moment is None:
             raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
         return self
@@ -313,9 +288,9 @@ class PlanInputs(Strip):
     @cached_property
     def strips(self) -> tuple[Strip, Strip, Strip]:
         """The strip with the least, the given and the largest eta_b: the stiffest first."""
-        known = {name: getattr(self, name) for name in Strip.model_fields}
+        known = self.model_dump(include=set(Strip.model_fields) - {"eta_b"})
         factors = (1.0 - self.eta_b_uncertainty, 1.0, 1.0 + self.eta_b_uncertainty)
-        stiffest, given, softest = (Strip(**{**known, "eta_b": factor * self.eta_b}) for factor in factors)
+        stiffest, given, softest = (Strip(**known, eta_b=factor * self.eta_b) for factor in factors)
         return stiffest, given, softest
 
 

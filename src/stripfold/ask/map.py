@@ -17,7 +17,7 @@ import numpy as np
 
 from stripfold.ask.friction import HISTORY, MOST, FrictionBoundary, friction_boundary
 from stripfold.ask.inputs import MapInputs
-from stripfold.base.arrays import Array
+from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.percent import Percent
 from stripfold.elastica._continuation import at_height, between, until
@@ -126,6 +126,20 @@ class GripperMap:
         inside = self.hangs(advance, np.full_like(advance, z))
         return np.where(inside, curve(-np.sqrt(np.maximum(end - advance, 0.0))), np.nan)
 
+    def drawn(self, unit: float, friction: tuple[Array, Mask, str] | None = None, path: Array | None = None) -> Figure:
+        """Draw the boundaries and lines of equal margin; ``unit``: L*, m.
+
+        ``friction``: places where a strip with friction ends, which of them snap, and for which history.  ``path``:
+        places of the gripper on a path; all in m.
+        """
+        from stripfold.draw.stability_map import draw
+
+        curves = {name: unit * curve for name, curve in self.curves.items()}
+        advance, heights = self.grid
+        grid = unit * (advance - self.length / 2.0), unit * heights
+        margin = unit * self.margin(*np.meshgrid(advance, heights))
+        return draw(curves, grid, margin, unit * self.length, friction, path)
+
     def _row(self, z: float) -> Iterator[tuple[float, float]]:
         """Advance and eigenvalue of states at one height, from a taut one to the largest advance."""
         family = at_height(z)
@@ -143,21 +157,7 @@ class GripperMap:
 
 
 def gripper_map(length: float) -> GripperMap:
-    """The map of a strip of ``length``, 7 to 100 L*.
-
-    Raises
-    ------
-    InvalidInputError
-        ``length`` outside its range or not a number.
-    SolveError
-        A boundary could not be followed.
-
-    Examples
-    --------
-    >>> found = gripper_map(20.0)
-    >>> float(found.margin(np.array(9.0), np.array(3.0)).round(4))
-    0.6155
-    """
+    """Make the map of a strip of ``length``, 7 to 100 L*; raises SolveError: a boundary could not be followed."""
     snap, touch = snap_boundary(length), touch_boundary(length)
     lifted, lifted_landed = lift_boundary(length)
     # Beyond the end of the snap boundary the lifted strip is not stable.
@@ -207,16 +207,14 @@ class StabilityMap(Result):
         moment, most = strip.friction_moment, MOST * strip.material.scales["N"]
         if moment is not None and moment > most:
             allowed = f"at most {most:.3g} N with rho_a = {strip.rho_a:g} kg m^-2, {MOST:g} rho_a g L*^2"
-            raise InvalidInputError(
-                "friction_moment", moment, allowed, "give rho_a too: friction counts against weight"
-            )
+            advice = "give rho_a too: friction counts against weight"
+            raise InvalidInputError("friction_moment", moment, allowed, advice)
         say = progress or (lambda _: None)
         say("boundaries")
         found = gripper_map(strip.length_star)
         advance, heights = found.grid
-        rows = []
-        for z in Percent(say, "eigenvalues").each(heights, len(heights)):
-            rows.append(found.eigenvalues(advance, float(z)))
+        each = Percent(say, "eigenvalues").each(heights, len(heights))
+        rows = [found.eigenvalues(advance, float(z)) for z in each]
         friction = None
         if moment is not None:
             friction = friction_boundary(strip.length_star, moment / strip.material.scales["N"], say)
@@ -230,8 +228,7 @@ class StabilityMap(Result):
     @property
     def snap_boundary(self) -> Array:
         """Shape (n, 2): x and z on the boundary behind which a hanging strip snaps, upwards from the touch limit."""
-        snap = self.in_star.snap
-        return self._places(np.stack([snap.advance, snap.z], axis=1))
+        return self._places(self.in_star.snap.advance, self.in_star.snap.z)
 
     def hangs(self, x: Any, z: Any) -> Any:
         """Whether the strip can hang there, that is stably and off the lower layer; arrays of one shape, m."""
@@ -242,15 +239,7 @@ class StabilityMap(Result):
         return self.in_star.lies(*self._star(x, z))
 
     def margin(self, x: Any, z: Any) -> Any:
-        """Distance of places of the gripper to the snap boundary, m; nan where the strip cannot hang.
-
-        Examples
-        --------
-        >>> import stripfold as sf
-        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
-        >>> round(float(found.margin(0.0, 0.1)), 4)
-        0.0404
-        """
+        """Distance of places of the gripper to the snap boundary, m; nan where the strip cannot hang."""
         return self.strip.gravity_length * self.in_star.margin(*self._star(x, z))
 
     def barrier(self, x: Any, z: Any) -> Any:
@@ -272,25 +261,19 @@ class StabilityMap(Result):
     def _friction_rows(self) -> Rows:
         if (found := self.with_friction) is None:
             return []
-        unit = self.strip.gravity_length
-        ends = [
-            f"{what} {unit * z[0]:.4g} to {unit * z[-1]:.4g} m"
-            for what, z in (
-                ("the sag touches at heights of", found.z[~found.snaps]),
-                ("snaps at", found.z[found.snaps]),
-            )
-            if len(z)
-        ]
+        unit, ends = self.strip.gravity_length, []
+        for what, z in (("the sag touches at heights of", found.z[~found.snaps]), ("snaps at", found.z[found.snaps])):
+            if len(z):
+                ends.append(f"{what} {unit * z[0]:.4g} to {unit * z[-1]:.4g} m")
         return [("friction", "; ".join(ends)), ("  history", HISTORY)]
 
     def to_dict(self) -> dict[str, Any]:
-        names = ("touch_limit", "seconds")
-        numbers = {name: getattr(self, name) for name in names} | {"snap_boundary": self.snap_boundary.tolist()}
-        if (found := self.with_friction) is None:
-            return numbers
-        places = self._places(np.stack([found.advance, found.z], axis=1)).tolist()
-        friction = {"friction_boundary": places, "friction_snap": found.snaps.tolist()}
-        return numbers | friction | {"friction_history": HISTORY}
+        numbers: dict[str, Any] = {"touch_limit": self.touch_limit, "seconds": self.seconds}
+        numbers["snap_boundary"] = self.snap_boundary.tolist()
+        if (found := self.with_friction) is not None:
+            numbers["friction_boundary"] = self._places(found.advance, found.z).tolist()
+            numbers |= {"friction_snap": found.snaps.tolist(), "friction_history": HISTORY}
+        return numbers
 
     def to_dataset(self) -> xr.Dataset:
         found, material = self.in_star, self.strip.material
@@ -320,17 +303,11 @@ class StabilityMap(Result):
 
     def plot(self) -> Figure:
         """The boundaries, and lines of equal margin."""
-        from stripfold.draw.stability_map import draw
-
-        unit, found, friction = self.strip.gravity_length, self.in_star, None
-        advance, heights = found.grid
-        grid = self._places(np.column_stack([advance, 0.0 * advance]))[:, 0], unit * heights
-        margin = unit * found.margin(*np.meshgrid(advance, heights))
-        if (ends := self.with_friction) is not None:
+        found, friction = self.with_friction, None
+        if found is not None:
             text = f"friction {self.strip.friction_moment:.3g} N: {HISTORY}"
-            friction = self._places(np.column_stack([ends.advance, ends.z])), ends.snaps, text
-        curves = {name: unit * curve for name, curve in found.curves.items()}
-        return draw(curves, grid, margin, self.strip.length, friction)
+            friction = self._places(found.advance, found.z), found.snaps, text
+        return self.in_star.drawn(self.strip.gravity_length, friction)
 
     def config(self) -> dict[str, Any]:
         return self.strip.model_dump()
@@ -349,5 +326,6 @@ class StabilityMap(Result):
             raise InvalidInputError("z", f"an array of the shape {given['z'].shape}", allowed) from None
         return places / unit + self.in_star.length / 2.0, heights / unit
 
-    def _places(self, rows: Array) -> Array:
-        return (rows - (self.in_star.length / 2.0, 0.0)) * self.strip.gravity_length
+    def _places(self, advance: Array, z: Array) -> Array:
+        """Rows of x and z, m."""
+        return self.strip.gravity_length * np.column_stack([advance - self.in_star.length / 2.0, z])

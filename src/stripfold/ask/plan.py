@@ -18,7 +18,7 @@ import numpy as np
 from stripfold import elastica, paths
 from stripfold.ask.assess import PathAssessment, assess
 from stripfold.ask.friction import REFINEMENT, SPARE, estimate, lost_with
-from stripfold.ask.inputs import PathInputs, PlanInputs
+from stripfold.ask.inputs import PathInputs, PlanInputs, Strip
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.planned_motion import ACCURATE, InTime, in_time
 from stripfold.base.arrays import Array
@@ -29,7 +29,7 @@ from stripfold.elastica.boundary import snap_boundary
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact import touches
-from stripfold.follow.track import BUMP
+from stripfold.follow.track import BUMP, mid_surfaces
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
@@ -74,19 +74,8 @@ FRAME = {
     "y": "across the strip, z cross x",
     "z": "up",
 }
-UNITS = {
-    "t": "s",
-    "x": "m",
-    "z": "m",
-    "angle": "degree",
-    "eta_b": "m^-4 s^2",
-    "peak_force": "N/m",
-    "peak_hold": "N/m",
-    "peak_push": "N/m",
-    "bump": "m",
-    "kinetic": "J/m",
-    "sufficient_moment": "N",
-}
+UNITS = {"t": "s", "x": "m", "z": "m", "angle": "degree", "eta_b": "m^-4 s^2", "bump": "m", "kinetic": "J/m"}
+UNITS |= {"peak_force": "N/m", "peak_hold": "N/m", "peak_push": "N/m", "sufficient_moment": "N"}
 GRASP = {
     "point": "middle of the strip's thickness on the line up to which the gripper holds it; it starts at -length/2",
     "angle": "rotation of the gripper about y, 0 as it grasped the flat strip, 180 on the folded one",
@@ -104,24 +93,11 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Choice:
-    """The path chosen.
+    """The path chosen, for the given eta_b, with the worst eta_b's ``margin``, m, and the ``reason`` for it.
 
-    Attributes
-    ----------
-    path
-        The path, for the given eta_b.
-    margin
-        Least distance of the gripper from the snap boundary with the worst eta_b, m.
-    reason
-        Why this path.
-    sufficient_moment
-        M_0 that suffices on the path with the worst eta_b, N; None where it needs none.
-    refused
-        Those tried before.
-    verdicts
-        The rod's, with the least, the given and the largest eta_b.
-    in_time
-        The rod in time; None where no speed is given.
+    ``sufficient_moment``: M_0 that suffices on it with the worst eta_b, N; None where it needs none.  ``refused``:
+    those tried before.  ``verdicts``: the rod's, with the least, the given and the largest eta_b.  ``in_time``: the
+    rod in time; None where no speed is given.
     """
 
     path: FoldPath
@@ -158,8 +134,7 @@ class _Chooser:
             why = f"the gripper would have to be at least {1e3 * lowest:.1f} and, {most}"
             return Refusal("low", why, lowest - highest)
         if not asked.layers_may_slide:
-            highest_touch = elastica.touch_limit() * (1.0 - 1e-9)
-            least = softest * layer_slide(asked.length / softest, highest_touch)
+            least = softest * layer_slide(asked.length / softest, elastica.touch_limit() * (1.0 - 1e-9))
             bound = f": without friction by at least {1e3 * least:.0f} mm on any path" if least > 0.0 else ""
             return Refusal("low", f"the upper layer slides over the lower one, which is not allowed{bound}")
         height = float(np.clip(USUAL * given, lowest, highest))
@@ -209,37 +184,47 @@ class _Chooser:
         why = f"a friction moment of {enough:.3g} N holds the strip, and there are {there:.3g} N"
         return Choice(path, per_moment * (there - enough), why, enough)
 
-    def checked(self, candidate: Choice) -> tuple[PathAssessment, ...] | str:
-        """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
-        asked, found = self.asked, []
+    def checked(self, candidate: Choice) -> Choice | Refusal:
+        """Follow it on the rod with the three eta_b, in time, too, where a speed is given."""
+        asked, verdicts = self.asked, list[PathAssessment]()
+        moment = None if candidate.sufficient_moment is None else asked.friction_moment
         for strip in asked.strips:
-            unit = strip.gravity_length
-            with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
             self.say(f"{candidate.path.name} path, statics with eta_b = {strip.eta_b:.4g}")
-            inputs = PathInputs(**strip.model_dump(), model="rod")
-            # A strip so far from where it snaps is lost on no mesh.
-            how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
-            if candidate.sufficient_moment is not None:
-                inputs = inputs.model_copy(update={"friction_moment": asked.friction_moment, "step": STEP * unit})
-                # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
-                # followed before, with less friction and by other steps.
-                how = {"yield_curvature": asked.yield_curvature, "refinement": REFINEMENT, "compare": False}
-            try:
-                verdict = assess(inputs, candidate.path, **how)
-            except SolveError as error:
-                return f"{with_it} cannot be followed: {error}"
-            if verdict.stable and verdict.mesh_dependence:
-                return f"{with_it} has no certain verdict: {verdict.mesh_dependence}"
-            if not verdict.stable:
-                event = verdict.critical[0]
-                return f"{with_it} is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
-            if not verdict.shape_error <= ACCURATE * unit:
-                return f"{with_it} is folded {1e3 * verdict.shape_error:.1f} mm off"
-            if verdict.bump < LEAST_BUMP:
-                push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
-                return f"{with_it} {push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
-            found.append(verdict)
-        return tuple(found)
+            verdict = self.verdict(candidate, strip, moment)
+            if isinstance(verdict, str):
+                return Refusal(candidate.path.name, f"with eta_b = {strip.eta_b:.4g} the rod {verdict}")
+            verdicts.append(verdict)
+        found = replace(candidate, verdicts=tuple(verdicts))
+        if asked.speed is None:
+            return found
+        moved = in_time(asked, candidate.path, [verdict.states for verdict in verdicts], moment or 0.0, self.say)
+        return Refusal(candidate.path.name, moved) if isinstance(moved, str) else replace(found, in_time=moved)
+
+    def verdict(self, candidate: Choice, strip: Strip, moment: float | None) -> PathAssessment | str:
+        """The rod's verdict on a path, or what is wrong with it."""
+        unit, inputs = strip.gravity_length, PathInputs(**strip.model_dump(), model="rod")
+        # A strip so far from where it snaps is lost on no mesh.
+        how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
+        if moment is not None:
+            inputs = inputs.model_copy(update={"friction_moment": moment, "step": STEP * unit})
+            # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
+            # followed before, with less friction and by other steps.
+            how = {"yield_curvature": self.asked.yield_curvature, "refinement": REFINEMENT, "compare": False}
+        try:
+            verdict = assess(inputs, candidate.path, **how)
+        except SolveError as error:
+            return f"cannot be followed: {error}"
+        if verdict.stable and verdict.mesh_dependence:
+            return f"has no certain verdict: {verdict.mesh_dependence}"
+        if not verdict.stable:
+            event = verdict.critical[0]
+            return f"is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+        if not verdict.shape_error <= ACCURATE * unit:
+            return f"is folded {1e3 * verdict.shape_error:.1f} mm off"
+        if verdict.bump < LEAST_BUMP:
+            push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
+            return f"{push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
+        return verdict
 
 
 def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> Choice:
@@ -261,22 +246,10 @@ def choose(asked: PlanInputs, progress: Callable[[str], None] | None = None) -> 
     refused: list[Refusal] = []
     for attempt in (chooser.low, chooser.triangular, chooser.r_path):
         tried = attempt()
-        if isinstance(tried, Refusal):
-            refused.append(tried)
-            continue
-        verdicts = chooser.checked(tried)
-        if isinstance(verdicts, str):
-            refused.append(Refusal(tried.path.name, verdicts))
-            continue
-        choice = replace(tried, refused=tuple(refused), verdicts=verdicts)
-        if asked.speed is None:
-            return choice
-        curves = [scaled(tried.path, unit) for unit in chooser.units]
-        moment = 0.0 if tried.sufficient_moment is None else asked.friction_moment or 0.0
-        moved = in_time(asked, curves, [verdict.states for verdict in verdicts], moment, say)
-        if not isinstance(moved, str):
-            return replace(choice, in_time=moved)
-        refused.append(Refusal(tried.path.name, moved))
+        found = tried if isinstance(tried, Refusal) else chooser.checked(tried)
+        if isinstance(found, Choice):
+            return replace(found, refused=tuple(refused))
+        refused.append(found)
     least, _, largest = (strip.eta_b for strip in asked.strips)
     raise NoPathError(f"keeps {1e3 * asked.margin:g} mm for eta_b from {least:.4g} to {largest:.4g}", refused)
 
@@ -357,12 +330,12 @@ class FoldingPlan(Result):
     def as_text(self) -> str:
         """The waypoints as a table."""
         asked = self.asked
-        comments = (
-            f"{self.path.name} path, length {asked.length:g} m, eta_b {asked.eta_b:g} m^-4 s^2 +- "
-            f"{asked.eta_b_uncertainty:.3g}, margin {self.margin:.4g} m",
-            "t in s, x and z in m, angle in degrees; origin mid-strip on the floor (docs/plan.md)",
-        )
-        lines = [*(f"# {comment}" for comment in comments), HEADER]
+        known = f"eta_b {asked.eta_b:g} m^-4 s^2 +- {asked.eta_b_uncertainty:.3g}"
+        lines = [
+            f"# {self.path.name} path, length {asked.length:g} m, {known}, margin {self.margin:.4g} m",
+            "# t in s, x and z in m, angle in degrees; origin mid-strip on the floor (docs/plan.md)",
+            HEADER,
+        ]
         lines += [",".join(f"{value:.9g}" for value in row) for row in self.waypoints]
         return "\n".join(lines) + "\n"
 
@@ -376,83 +349,66 @@ class FoldingPlan(Result):
 
     def rows(self) -> Rows:
         asked, choice = self.asked, self.choice
-        stiffest, _, softest = asked.strips
         friction, kept = [], "least distance of the gripper from where the strip snaps"
         if choice.sufficient_moment is not None:
             there = asked.friction_moment
             friction.append(("friction", f"M_0 = {choice.sufficient_moment:.3g} N suffices, there are {there:.3g} N"))
             kept = "by which the friction to spare delays the snap"
+        each = []
+        for strip, verdict in zip(asked.strips, choice.verdicts, strict=True):
+            fold = f"first touch at x = {verdict.touch_x:.4g} m, fold {1e3 * verdict.shape_error:.2f} mm off"
+            push = f"push on what lies at most {verdict.peak_push:.3g} N/m"
+            each.append((f"  {strip.eta_b:.4g}", f"stable; {fold}, {push}"))
         return [
             ("path", f"{self.path.name}: {choice.reason}"),
             *(("  not", f"{one.path}: {one.reason}") for one in choice.refused),
-            ("eta_b", f"{stiffest.eta_b:.4g} to {softest.eta_b:.4g} m^-4 s^2"),
+            ("eta_b", f"{asked.strips[0].eta_b:.4g} to {asked.strips[-1].eta_b:.4g} m^-4 s^2"),
             ("margin", metres(self.margin, kept)),
             *friction,
-            *(
-                (
-                    f"  {strip.eta_b:.4g}",
-                    f"stable; first touch at x = {verdict.touch_x:.4g} m, fold {1e3 * verdict.shape_error:.2f} mm off, "
-                    f"push on what lies at most {verdict.peak_push:.3g} N/m",
-                )
-                for strip, verdict in zip(asked.strips, choice.verdicts, strict=True)
-            ),
+            *each,
             ("motion", f"{self.waypoints[-1, 0]:.3g} s, {len(self.waypoints)} waypoints"),
-            *self._in_time_rows(),
+            *(choice.in_time.rows(asked) if choice.in_time else []),
             ("time", f"{self.seconds:.2f} s"),
-        ]
-
-    def _in_time_rows(self) -> Rows:
-        """What the strip does in time that deviates most."""
-        if (found := self.choice.in_time) is None:
-            return []
-        worst, eta_b = found.motions[found.worst], self.asked.strips[found.worst].eta_b
-        place = f"with eta_b = {eta_b:.4g}, gripper at x = {worst.x:.4g} m, z = {worst.z:.4g} m"
-        return [
-            ("in time", f"stays with its static states: at most {1e3 * worst.deviation:.1f} mm off, {place}"),
-            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m"),
-            ("  at rest", f"fold {1e3 * worst.shape_error:.2f} mm off"),
         ]
 
     def report(self, file: str | os.PathLike[str]) -> None:
         """Write a page with map, path, margin along it, worst case and reasons: one HTML file (docs/plan.md)."""
-        from stripfold.draw import page, results, save, stability_map
+        from stripfold.draw import page, results, save
 
         choice, asked, distances = self.choice, self.asked, distances_along(self)
+        with_friction = choice.sufficient_moment is not None
         worst = int(np.nanargmin(np.nanmin(distances, axis=1)))
-        unit = asked.strips[worst].gravity_length
-        found = gripper_map(asked.length / unit)
-        curves = {name: unit * curve for name, curve in found.curves.items()}
-        advance, heights = found.grid
-        grid = unit * (advance - found.length / 2.0), unit * heights
-        margins = unit * found.margin(*np.meshgrid(advance, heights))
-        asked_margin = asked.margin if choice.sufficient_moment is None else None
+        nearest = [
+            dict(zip(("distance", "t", "x", "z"), (float(one[at]), *map(float, self.waypoints[at, :3])), strict=True))
+            for one in distances
+            for at in (int(np.nanargmin(one)),)
+        ]
         etas = [f"{strip.eta_b:.4g}" for strip in asked.strips]
+        unit = asked.strips[worst].gravity_length
+        places = gripper_map(asked.length / unit).drawn(unit, path=self.waypoints[:, 1:3])
         text = page.html(
             "plan.html",
             title=f"A gripper path for a strip of {asked.length:g} m",
             plan=self,
             asked=asked,
             highest=float(self.waypoints[:, 2].max()),
-            with_friction=choice.sufficient_moment is not None,
+            with_friction=with_friction,
             worst=worst,
-            cases=list(zip(asked.strips, choice.verdicts, [self._nearest(one) for one in distances], strict=True)),
+            cases=list(zip(asked.strips, choice.verdicts, nearest, strict=True)),
             frame=FRAME,
             grasp=GRASP,
-            map=save.as_svg(stability_map.draw(curves, grid, margins, asked.length, path=self.waypoints[:, 1:3])),
+            map=save.as_svg(places),
             strip=save.as_svg(self.plot()),
-            along=save.as_svg(results.draw_along(self.waypoints, distances, etas, asked_margin)),
+            along=save.as_svg(
+                results.draw_along(self.waypoints, distances, etas, None if with_friction else asked.margin)
+            ),
         )
         store.write_text(text, file)
 
-    def _nearest(self, distance: Array) -> dict[str, float]:
-        """Where the gripper is nearest to the boundary, or farthest behind it."""
-        at = int(np.nanargmin(distance))
-        t, x, z, _ = map(float, self.waypoints[at])
-        return {"distance": float(distance[at]), "t": t, "x": x, "z": z}
-
     def to_dict(self) -> dict[str, Any]:
-        names = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump")
-        t, x, z, angle = self.waypoints.T.tolist()
+        names, moved = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump"), self.choice.in_time
+        etas = [{"eta_b": strip.eta_b} for strip in self.asked.strips]
+        numbers = [{name: float(getattr(verdict, name)) for name in names} for verdict in self.choice.verdicts]
         return {
             "stripfold_version": version(),
             "git_commit": running_commit(),
@@ -462,38 +418,28 @@ class FoldingPlan(Result):
             "refused": [asdict(one) for one in self.choice.refused],
             "margin": self.margin,
             "sufficient_moment": self.choice.sufficient_moment,
-            "assessed": [
-                {"eta_b": strip.eta_b} | {name: float(getattr(verdict, name)) for name in names}
-                for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True)
-            ],
-            "in_time": self._in_time(),
+            "assessed": [eta | one for eta, one in zip(etas, numbers, strict=True)],
+            "in_time": moved and {"motions": [eta | asdict(one) for eta, one in zip(etas, moved.motions, strict=True)]},
             "frame": FRAME,
             "grasp": GRASP,
             "units": UNITS,
-            "waypoints": {"t": t, "x": x, "z": z, "angle": angle},
+            "waypoints": dict(zip(("t", "x", "z", "angle"), self.waypoints.T.tolist(), strict=True)),
         }
-
-    def _in_time(self) -> dict[str, Any] | None:
-        if (found := self.choice.in_time) is None:
-            return None
-        pairs = zip(self.asked.strips, found.motions, strict=True)
-        return {"motions": [{"eta_b": strip.eta_b} | asdict(moved) for strip, moved in pairs]}
 
     def to_dataset(self) -> xr.Dataset:
-        t, x, z, angle = self.waypoints.T
-        verdicts = self.choice.verdicts
-        values: dict[str, Any] = {
-            "gripper_time": ("gripper_time", t),
-            "gripper_x": ("gripper_time", x),
-            "gripper_z": ("gripper_time", z),
-            "gripper_angle": ("gripper_time", angle),
-            "planned_eta_b": ("planned_eta_b", [strip.eta_b for strip in self.asked.strips]),
-            "planned_touch": ("planned_eta_b", [verdict.touch_x for verdict in verdicts]),
-            "planned_error": ("planned_eta_b", [verdict.shape_error for verdict in verdicts]),
+        verdicts, moved = self.choice.verdicts, self.choice.in_time
+        values: dict[str, Any] = {}
+        for name, column in zip(("time", "x", "z", "angle"), self.waypoints.T, strict=True):
+            values[f"gripper_{name}"] = ("gripper_time", column)
+        planned = {
+            "eta_b": [strip.eta_b for strip in self.asked.strips],
+            "touch": [verdict.touch_x for verdict in verdicts],
+            "error": [verdict.shape_error for verdict in verdicts],
         }
-        if (moved := self.choice.in_time) is not None:
-            values["planned_deviation"] = ("planned_eta_b", [motion.deviation for motion in moved.motions])
-            values["planned_kinetic"] = ("planned_eta_b", [motion.kinetic for motion in moved.motions])
+        if moved is not None:
+            planned["deviation"] = [motion.deviation for motion in moved.motions]
+            planned["kinetic"] = [motion.kinetic for motion in moved.motions]
+        values |= {f"planned_{name}": ("planned_eta_b", numbers) for name, numbers in planned.items()}
         attrs = {"path": self.path.name, "reason": self.choice.reason, "path_margin": self.margin}
         return schema.dataset(values, attrs)
 
@@ -501,11 +447,10 @@ class FoldingPlan(Result):
         """The strip along the path with the given eta_b."""
         from stripfold.draw.results import draw_strip
 
-        unit, states = self.asked.gravity_length, self.choice.verdicts[1].states
-        arc = np.linspace(0.0, states[0][0].model.length, NODES)
-        chosen = np.unique(np.linspace(0, len(states) - 1, SHOWN).astype(int))
-        shapes = [unit * states[i][0].model.resampled_mid_surface(states[i][1].q, arc) for i in chosen]
-        return draw_strip(shapes, self.waypoints[:, 1:3])
+        states = self.choice.verdicts[1].states
+        shown = [states[i] for i in np.unique(np.linspace(0, len(states) - 1, SHOWN).astype(int))]
+        shapes = self.asked.gravity_length * mid_surfaces(shown, np.linspace(0.0, self.asked.length_star, NODES))
+        return draw_strip(list(shapes), self.waypoints[:, 1:3])
 
     def config(self) -> dict[str, Any]:
         return self.asked.model_dump()
@@ -516,8 +461,7 @@ def _waypoints(choice: Choice, asked: PlanInputs) -> Array:
     travelled, places = choice.path.curve.sampled(choice.path.spacing)
     places = np.maximum(places, [-np.inf, 0.0])
     states = choice.verdicts[1].states
-    grip = [problem.model.resampled_mid_surface(point.q, np.array([0.0, AT_GRIP])) for problem, point in states]
-    direction = np.diff(grip, axis=1)[:, 0] @ [1.0, -1j]
+    direction = np.diff(mid_surfaces(states, np.array([0.0, AT_GRIP])), axis=1)[:, 0] @ [1.0, -1j]
     angle = np.degrees(np.unwrap(np.angle([1.0, *direction])))
     angles = np.interp(travelled / asked.gravity_length, [0.0, *(point.lam for _, point in states)], angle)
     return np.column_stack([timed(travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])

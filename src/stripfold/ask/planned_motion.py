@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
 
 import numpy as np
 
@@ -16,10 +15,12 @@ from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.elastica import folded_loop
+from stripfold.files.reporting import Rows
 from stripfold.follow import time
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import StripState, nodes, shape_error
+from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
@@ -52,39 +53,44 @@ class PlannedMotion:
 
 @dataclass(frozen=True)
 class InTime:
-    """Planned motions that stay with the static states, and the one that deviates most.
-
-    ``motions``: with the least, the given and the largest eta_b.  ``worst``: index of the one with the largest
-    deviation.
-    """
+    """Planned motions with the least, the given and the largest eta_b, which stay with the static states."""
 
     motions: tuple[PlannedMotion, ...]
-    worst: int
+
+    @property
+    def worst(self) -> int:
+        """Index of the one with the largest deviation."""
+        return max(range(len(self.motions)), key=lambda i: self.motions[i].deviation)
+
+    def rows(self, asked: PlanInputs) -> Rows:
+        """What the strip does that deviates most."""
+        worst, eta_b = self.motions[self.worst], asked.strips[self.worst].eta_b
+        place = f"with eta_b = {eta_b:.4g}, gripper at x = {worst.x:.4g} m, z = {worst.z:.4g} m"
+        return [
+            ("in time", f"stays with its static states: at most {1e3 * worst.deviation:.1f} mm off, {place}"),
+            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m"),
+            ("  at rest", f"fold {1e3 * worst.shape_error:.2f} mm off"),
+        ]
 
 
 def in_time(
-    asked: PlanInputs,
-    curves: Sequence[GripperPath],
-    static: Sequence[Sequence[StripState]],
-    moment: float,
-    progress: Callable[[str], None] | None = None,
+    asked: PlanInputs, path: FoldPath, static: Sequence[Sequence[StripState]], moment: float, say: Callable[[str], None]
 ) -> InTime | str:
     """Follow a path in time with the three eta_b, or say what happens with one of them instead.
 
-    ``asked``: the strips, their kappa_y, and speed and acceleration of the gripper.  ``curves``, ``static``: for each
-    eta_b the path and the static states on it, L*.  ``moment``: M_0 of the bending hysteresis, N; 0 for none.
-    ``progress``: called with a line on how much is done.
+    ``asked``: the strips, their kappa_y, and speed and acceleration of the gripper.  ``static``: for each eta_b the
+    static states, L*.  ``moment``: M_0 of the bending hysteresis, N; 0 for none.  ``say``: called with a line on how
+    much is done.
     """
-    say = progress or (lambda _: None)
     found: list[PlannedMotion] = []
-    for strip, curve, states in zip(asked.strips, curves, static, strict=True):
+    for strip, states in zip(asked.strips, static, strict=True):
         unit, at_speed = strip.gravity_length, f"at {asked.gripper_speed:g} m/s with eta_b = {strip.eta_b:.4g} the rod"
 
         def said(line: str, eta_b: float = strip.eta_b) -> None:
             say(f"{line}, with eta_b = {eta_b:.4g}")
 
         try:
-            moved = _moved(asked, strip, curve, states, moment, said)
+            moved = _moved(asked, strip, path.curve.scaled(1.0 / unit), states, moment, said)
         except SolveError as error:
             return f"{at_speed} cannot be followed: {error}"
         # A strip that has left its static state, as in a snap, is farther from it than its fold is high.
@@ -94,41 +100,38 @@ def in_time(
         if not moved.shape_error <= ACCURATE * unit:
             return f"{at_speed} comes to rest {1e3 * moved.shape_error:.1f} mm off its fold: move slower"
         found.append(moved)
-    return InTime(tuple(found), max(range(len(found)), key=lambda i: found[i].deviation))
-
-
-def _rod(strip: Strip) -> StripModel:
-    return StripModel(strip.length_star, strip.material.relative_thickness, strip.nu, kind="rod")
+    return InTime(tuple(found))
 
 
 def _moved(
     asked: PlanInputs,
     strip: Strip,
     path: GripperPath,
-    states: Sequence[StripState],
+    static: Sequence[StripState],
     moment: float,
-    progress: Callable[[str], None] | None,
+    progress: Callable[[str], None],
 ) -> PlannedMotion:
-    """One of them.  Errors are those of :func:`.follow_in_time`."""
+    """Follow a path, L*, with one eta_b; errors are those of :func:`.follow_in_time`."""
     material, unit = strip.material, strip.gravity_length
-    per_time = sqrt(unit * strip.gravity)
     found = follow_in_time(
-        _rod(strip),
+        StripModel(strip.length_star, material.relative_thickness, kind="rod"),
         path,
         0.0,
-        moment / (material.force_scale * unit),
+        moment / material.scales["N"],
         damping=in_solver_units(Release(), material).damping,
         yield_curvature=YIELD_CURVATURE if asked.yield_curvature is None else asked.yield_curvature * unit,
-        speed=timed(*path.sampled(SPACING), asked.gripper_speed / per_time, asked.acceleration / strip.gravity),
+        speed=timed(
+            *path.sampled(SPACING), asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
+        ),
         options=TIME_OPTIONS,
         progress=progress,
     )
     # Up to the end of the path, where the strip goes on to rest.
     travelled = np.array([state.lam for _, state in found.states])
     count = int(np.argmax(travelled >= path.length)) + 1
-    away = deviations(states, found.states[:count], travelled[:count])
+    away = deviations(static, found.states[:count], travelled[:count])
     farthest = int(np.argmax(away))
-    x, z = unit * path.position(states[farthest][1].lam)
+    x, z = unit * path.position(static[farthest][1].lam)
     kinetic = max(state.energy.kinetic for _, state in found.states if isinstance(state, TimeState))
     error = shape_error(*found.states[-1], half_fold(strip.length_star))
     return PlannedMotion(

@@ -1,22 +1,17 @@
-"""The end of the gripper's advance from where the elastica predicts it: solved for, or followed to; and the boundary.
-
-The stability boundary is critical points continued in the gripper's height or in the strip.  Lengths in L*.
-"""
+"""The end of the gripper's advance from where the elastica predicts it: solved for, or followed to.  Lengths in L*."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
-
-import numpy as np
 
 from stripfold import elastica
 from stripfold.base.errors import SolveError
 from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, from_elastica
 from stripfold.follow.contact_events import clearance, longest_free
-from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, static_track, to_the_end
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height, static_track, to_the_end
 from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.solve import critical
 from stripfold.solve.critical import LimitPoint
@@ -31,6 +26,7 @@ SHORTER = (10.0, 0.05)
 """Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
 ROOM = 0.05
 """Length that lies at least in a state from which the limit point is solved for, L*."""
+ELEMENTS = "elements {:.2g} times the standard ones"
 NEWTON = NewtonOptions(max_iterations=15)
 """For the limit point from the elastica's: where more are needed, a march takes as long."""
 
@@ -48,12 +44,6 @@ class ElasticaPrediction(NamedTuple):
         """From the elastica."""
         end = elastica.critical(height)
         return cls(height, elastica.state_no_horizontal_force(height), end.state, end.snap)
-
-    def end(self, length: float) -> End:
-        """The event that ends the advance of a strip of this length, L*."""
-        if self.last.length >= length:
-            return End.LIFTED
-        return End.SNAP if self.snap else End.TOUCH
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,45 +70,61 @@ class Snap:
 
 
 def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> Snap:
-    """The limit point near the elastica's, solved for directly.
+    """Solve for the limit point near the elastica's.
 
     Raises SolveError: there is none, or the sag touches or the whole strip lifts before.
     """
     if not prediction.snap:
         raise SolveError("the elastica has no limit point at this height")
-    last = _fitting(prediction, strip.length)
+    last = prediction.last
+    if last.length >= strip.length - ROOM:
+        last = elastica.state_at(prediction.height, strip.length - ROOM, last)
     problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
     # There lambda stands still and the lift-off moves.
     towards = Tangent(problem.metric, 0.0)
     limit = critical.limit_point(problem, q, last.advance, towards, problem.bounded, NEWTON)
-    return as_first(Snap(problem, limit))
-
-
-def as_first(found: Snap) -> Snap:
-    """The same once it is certain that nothing ends the advance before; raises SolveError where something may."""
-    problem, state = found.problem, found.limit.state
-    if clearance(problem, state.q)[0] < 0.0:
-        raise SolveError("the sag touches before lambda has a maximum", parameter=state.lam)
-    if problem.contact(state.q)[-1] > longest_free(problem.mesh.model):
-        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=state.lam)
-    return found
-
-
-def _fitting(prediction: ElasticaPrediction, length: float) -> elastica.State:
-    """The elastica's state at the end of the advance, or the one before it of which a strip of this length has room."""
-    last = prediction.last
-    if last.length < length - ROOM:
-        return last
-    return elastica.state_at(prediction.height, length - ROOM, last)
+    if clearance(problem, limit.state.q)[0] < 0.0:
+        raise SolveError("the sag touches before lambda has a maximum", parameter=limit.state.lam)
+    if problem.contact(limit.state.q)[-1] > longest_free(problem.mesh.model):
+        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=limit.state.lam)
+    return Snap(problem, limit)
 
 
 def end_of_advance(
-    strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
+    strip: StripModel,
+    prediction: ElasticaPrediction,
+    refinement: float = 1.0,
+    tolerance: float = LAMBDA_TOLERANCE,
+    say: Callable[[str], None] = lambda _: None,
 ) -> Track:
-    """The end of the advance, solved for or, where that fails, followed to; raises SolveError where that fails, too."""
-    with suppress(SolveError):
+    """Find the end of the advance: solved for or, where that fails, followed to; raises SolveError."""
+    say(ELEMENTS.format(refinement))
+    try:
         return snap(strip, prediction, refinement).checked(tolerance)
-    return from_near_the_end(strip, prediction, refinement, tolerance)
+    except SolveError as error:
+        say(f"not solved for: {error}")
+    return _followed(strip, prediction, refinement, tolerance, say)
+
+
+def unchecked_end(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, say: Callable[[str], None]
+) -> Snap | Track:
+    """As :func:`end_of_advance`, for an estimate of its error: a limit point is not checked."""
+    say(ELEMENTS.format(refinement))
+    with suppress(SolveError):
+        return snap(strip, prediction, refinement)
+    return _followed(strip, prediction, refinement, tolerance, say)
+
+
+def _followed(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, say: Callable[[str], None]
+) -> Track:
+    """Follow to the end from near it or, where a strip is so thick that no state is near the elastica's, from flat."""
+    try:
+        return from_near_the_end(strip, prediction, refinement, tolerance)
+    except SolveError as error:
+        say(f"followed from the flat strip: {error}")
+        return solve_height(strip, prediction.height, refinement)
 
 
 def from_near_the_end(
@@ -140,41 +146,3 @@ def without_horizontal_force(strip: StripModel, prediction: ElasticaPrediction, 
     """lambda_0."""
     at = from_elastica(strip.contact_mesh(refinement), Lift(), prediction.height, prediction.first)
     return float(at.point.q[at.problem.mesh.model.middle[0, 0]])
-
-
-def stability_boundary(
-    strips: Iterable[tuple[StripModel, float]], refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
-) -> Iterator[Track]:
-    """The critical points of strips and heights along a curve, each solved for from the last, and checked.
-
-    The first, and each that is not found from the last, is solved for from the elastica's.
-
-    ``strips``: strip and height of the gripper, neighbours so near that one critical state is a guess of the next.
-    ``refinement``, ``tolerance``: factor on all element lengths, and width of the bracket of lambda_c.  Raises
-    SolveError: the boundary ends: the sag touches or the whole strip lifts before lambda has a maximum.
-    """
-    last: Snap | None = None
-    for strip, height in strips:
-        try:
-            found = _from(last, strip, height, refinement) if last else None
-            run = found.checked(tolerance) if found else None
-        except SolveError:
-            run = None
-        if found is None or run is None:
-            found = snap(strip, ElasticaPrediction.at(height), refinement)
-            run = found.checked(tolerance)
-        yield run
-        last = found
-
-
-def _from(last: Snap, strip: StripModel, height: float, refinement: float) -> Snap:
-    """The limit point near another strip's, on elements planned for that one's lift-off."""
-    q, n = last.limit.state.q, last.problem.n
-    contact = last.problem.contact(q)
-    mesh, before = strip.contact_mesh(refinement)(contact), last.problem.at(contact).model
-    problem = MovingContact(mesh, AlongX(height))
-    guess = np.append(before.resampled(q[:n], mesh.model.s), contact)
-    stress = before.resampled_stress(q[:n], mesh.model)
-    towards = Tangent(problem.metric, 0.0)
-    limit = critical.limit_point(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
-    return as_first(Snap(problem, limit))

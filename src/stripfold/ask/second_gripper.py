@@ -17,9 +17,9 @@ import numpy as np
 from stripfold.ask import select_model
 from stripfold.ask.inputs import Scene
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
-from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
+from stripfold.files.reporting import Rows, metres
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.statics import StripModel, branch, follow, to_the_end
@@ -60,6 +60,14 @@ class SecondGripper:
     reason: str
     gain: float
 
+    def held(self, when: str) -> Rows:
+        """The place, where and when it is taken, and whether the strip snaps, in words."""
+        place = f"taken at {when}, x = {self.x:.4g} m, z = {self.z:.4g} m"
+        return [
+            ("2nd gripper", metres(self.s, f"along the strip from the first, {place}")),
+            ("  snap", f"{'yes' if self.snap else 'no'}: {self.reason}"),
+        ]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SecondAlongX(SecondGripper):
@@ -71,54 +79,90 @@ class SecondAlongX(SecondGripper):
     advance: float
     end: float
 
+    def rows(self) -> Rows:
+        """In words."""
+        gain = f"stable up to there, {self.gain:.4g} m more than with one gripper"
+        return [*self.held(f"lambda = {self.advance:.6g} m"), ("  lambda", metres(self.end, gain))]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondOnPath(SecondGripper):
+    """On a path: pseudo times where the strip is taken and where what was followed ends, and the first gripper there.
+
+    Lengths in m; the gain is a length of the path.
+    """
+
+    t: float
+    end_t: float
+    end_x: float
+    end_z: float
+
+    def rows(self) -> Rows:
+        """In words."""
+        end = f"t = {self.end_t:.4g}, gripper at x = {self.end_x:.4g} m, z = {self.end_z:.4g} m"
+        gain = f"{end}, {self.gain:.4g} m farther than with one gripper"
+        return [*self.held(f"t = {self.t:.4g}"), ("  stable to", gain)]
+
 
 @dataclass(frozen=True, eq=False)
 class Unheld:
     """A strip with one gripper that is about to snap.
 
-    ``lam``: lambda_c.  ``at``: the state shortly before it.  ``nodes``, ``mode``: places in the strip, shape (n,), and
-    their displacements in the critical mode, (n, 2).
+    ``lam``: lambda at the critical point.  ``at``: the state shortly before it.  ``place``: that to hold, which moves
+    most in the critical mode; its displacement counts in any direction, as a held point moves in none.
     """
 
     lam: float
     at: BranchPoint
-    nodes: Array
-    mode: Array
+    place: float
+
+    @classmethod
+    def before(cls, problem: MovingContact, critical: CriticalPoint, lam: float) -> Unheld:
+        """Go back to ``lam`` on the branch to a critical point of ``problem``, shortly before it.
+
+        Raises SolveError: no state is near the parabola of the branch at the critical point.
+        """
+        near, ahead, width = critical.before, critical.after.tangent, critical.after.arc - critical.before.arc
+        # Its second derivatives are those between the bracket's ends.
+        ds = -sqrt(2.0 * (critical.lam - lam) * width / (near.tangent.lam - ahead.lam))
+        guess = near.q + ds * near.tangent.q + 0.5 * ds**2 / width * (ahead.q - near.tangent.q)
+        model = problem.at(problem.contact(near.q)).model
+        moved = np.linalg.norm(critical.mode[model.middle], axis=1)
+        return cls(critical.lam, contact_branch.solved(problem, guess, lam), float(model.s[np.argmax(moved)]))
 
     @property
     def free_length(self) -> float:
         """Length of the part that hangs free: of the places that can be held."""
         return float(self.at.contact[-1])
 
-    @property
-    def place(self) -> float:
-        """The one to hold: its displacement counts in any direction, as a held point moves in none."""
-        return float(self.nodes[np.argmax(np.linalg.norm(self.mode, axis=1))])
+    def taken(self, s: float, unit: float) -> dict[str, float]:
+        """A place in the strip, and where it is taken, m; ``unit``: L*, m."""
+        x, z = (unit * self.at.mid_surface(np.array([s]))[0]).tolist()
+        return {"s": unit * s, "x": x, "z": z}
+
+    def checked(self, place: float | Literal["auto"], unit: float) -> float:
+        """The place to hold, L*, from one in m or the one of the mode.
+
+        Raises InvalidInputError: it is not on the part that hangs free.
+        """
+        s = self.place if place == "auto" else place / unit
+        lowest, highest = NEAREST, self.free_length - NEAREST
+        if not lowest <= s <= highest:
+            allowed = f"auto, or from {unit * lowest:.3g} to {unit * highest:.4g} m, on the part that hangs free"
+            advice = "it is a distance along the strip from the first one"
+            raise InvalidInputError("second_gripper", place, allowed, advice)
+        return s
 
 
 def before_snap(strip: StripModel, height: float, before: float = TAKEN_BEFORE, refinement: float = 1.0) -> Unheld:
-    """The state at a distance ``before`` lambda_c, and the critical mode.
+    """The state at a distance ``before`` lambda_c.
 
     Raises SolveError: the strip does not snap at this height.
     """
     run = end_of_advance(strip, ElasticaPrediction.at(height), refinement)
     if run.critical is None:
         raise SolveError(run.end.reason, parameter=run.lam)
-    model = run.last.model
-    at = before_critical(run.last.problem, run.critical, run.lam - before)
-    return Unheld(run.lam, at, model.s, run.critical.mode[model.middle])
-
-
-def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float) -> BranchPoint:
-    """The state at ``lam`` on the branch to a critical point of ``problem``, shortly before it.
-
-    Raises SolveError: there is none near the parabola of the branch at the critical point.
-    """
-    near, ahead, width = critical.before, critical.after.tangent, critical.after.arc - critical.before.arc
-    # Its second derivatives are those between the bracket's ends.
-    ds = -sqrt(2.0 * (critical.lam - lam) * width / (near.tangent.lam - ahead.lam))
-    guess = near.q + ds * near.tangent.q + 0.5 * ds**2 / width * (ahead.q - near.tangent.q)
-    return contact_branch.solved(problem, guess, lam)
+    return Unheld.before(run.last.problem, run.critical, run.lam - before)
 
 
 def hold(unheld: Unheld, s: float) -> Track:
@@ -137,19 +181,6 @@ def held(at: BranchPoint, s: float) -> BranchPoint:
     two = TwoGrippers(first, s, float(ahead), float(up))
     contact, same_lam = np.array([s, at.contact[-1]]), (np.zeros(2), 1.0)
     return contact_branch.transferred(at, contact, POINT, same_lam, two)
-
-
-def checked_place(place: float | Literal["auto"], auto: float, free_length: float, unit: float) -> float:
-    """The place to hold, L*, from one in m or the one of the mode, on the part of ``free_length`` that hangs free.
-
-    Raises InvalidInputError: there is no such place.
-    """
-    s = auto if place == "auto" else place / unit
-    lowest, highest = NEAREST, free_length - NEAREST
-    if not lowest <= s <= highest:
-        allowed = f"auto, or from {unit * lowest:.3g} to {unit * highest:.4g} m, on the part that hangs free"
-        raise InvalidInputError("second_gripper", place, allowed, "it is a distance along the strip from the first one")
-    return s
 
 
 def stable_advance(run: Track) -> tuple[float, End]:
@@ -177,34 +208,17 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX
     """
     unit = scene.gravity_length
     strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
-    refinement = select_model.refinement("rod", scene.accuracy)
-    unheld = before_snap(strip, scene.height_star, refinement=refinement)
-    s = checked_place(place, unheld.place, unheld.free_length, unit)
+    unheld = before_snap(strip, scene.height_star, refinement=select_model.refinement("rod", scene.accuracy))
+    s = unheld.checked(place, unit)
     lam, end = stable_advance(hold(unheld, s))
-    x, z = unheld.at.mid_surface(np.array([s]))[0]
     return SecondAlongX(
-        s=unit * s,
-        x=unit * float(x),
-        z=unit * float(z),
-        advance=unit * unheld.at.point.lam,
+        **unheld.taken(s, unit),
         snap=end is End.SNAP,
         reason=end.reason,
-        end=unit * lam,
         gain=unit * (lam - unheld.lam),
+        advance=unit * unheld.at.point.lam,
+        end=unit * lam,
     )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SecondOnPath(SecondGripper):
-    """On a path: pseudo times where the strip is taken and where what was followed ends, and the first gripper there.
-
-    Lengths in m; the gain is a length of the path.
-    """
-
-    t: float
-    end_t: float
-    end_x: float
-    end_z: float
 
 
 def second_on_path(
@@ -224,27 +238,21 @@ def second_on_path(
     last, number = one.points[-1], one.pieces[-1]
     if not isinstance(last, BranchPoint) or last.touches:
         raise SolveError("the sag lies on the lower layer where the strip becomes unstable: no gripper can take it")
-    model = last.problem.at(last.problem.contact(one.critical.before.q)).model
-    mode = np.linalg.norm(one.critical.mode[model.middle], axis=1)
     # Where the path has a corner shortly before, half the way from there.
     lam = max(one.critical.lam - TAKEN_BEFORE, 0.5 * (path.pieces[number].start + one.critical.lam))
-    at = before_critical(last.problem, one.critical, lam)
-    s = checked_place(place, float(model.s[np.argmax(mode)]), float(at.contact[-1]), unit)
-    x, z = unit * at.mid_surface(np.array([s]))[0]
-    two = follow(strip.contact_mesh(), path, strip.length, held(at, s), number, until="touch")
+    unheld = Unheld.before(last.problem, one.critical, lam)
+    s = unheld.checked(place, unit)
+    two = follow(strip.contact_mesh(), path, strip.length, held(unheld.at, s), number, until="touch")
     if two.end is End.LIFTED:
         raise SolveError("the whole strip leaves the floor", parameter=two.lam)
-    end = two.lam
-    end_x, end_z = unit * path.position(end)
+    end_x, end_z = (unit * path.position(two.lam)).tolist()
     return SecondOnPath(
-        s=unit * s,
-        t=path.pseudo_time(lam),
-        x=float(x),
-        z=float(z),
+        **unheld.taken(s, unit),
         snap=two.end is End.SNAP,
         reason=REASONS[two.end],
-        end_t=path.pseudo_time(end),
-        end_x=float(end_x),
-        end_z=float(end_z),
-        gain=unit * float(end - one.critical.lam),
+        gain=unit * float(two.lam - one.critical.lam),
+        t=path.pseudo_time(lam),
+        end_t=path.pseudo_time(two.lam),
+        end_x=end_x,
+        end_z=end_z,
     )

@@ -104,33 +104,20 @@ def _apart(one: Section, other: Section, thickness: float, height: float) -> flo
     return (square + FOURTH * thickness**2) * thickness**2
 
 
-def undecided(prediction: ElasticaPrediction, length: float, thickness: float) -> bool:
-    """Whether the thickness may decide how the advance ends.
-
-    That is near the touch limit, or if little of the strip lies.
-    """
-    from stripfold import elastica
-
-    room, height = room_for(thickness), prediction.height
-    return abs(height - elastica.touch_limit()) < room or length - prediction.last.length < room
-
-
-def room_for(thickness: float) -> float:
-    """How far, in L*, the advance of a strip may end from where the elastica's does."""
-    return NEAR_TOUCH + 10.0 * thickness**2
-
-
 def candidates(
     prediction: ElasticaPrediction, length: float, thickness: float, nu: float, accuracy: float
 ) -> tuple[Model, ...]:
     """The models that may meet an accuracy, cheapest first; the last is the solid, which always may.
 
-    Where the end of the advance is :func:`undecided` it is the solid alone.
+    It is the solid alone where the thickness may decide how the advance ends: near the touch limit, or if little of the
+    strip lies.
     """
-    if undecided(prediction, length, thickness):
+    from stripfold import elastica
+
+    room, height = NEAR_TOUCH + 10.0 * thickness**2, prediction.height
+    if abs(height - elastica.touch_limit()) < room or length - prediction.last.length < room:
         return ("solid",)
     cheap: tuple[Model, ...] = ("elastica", "rod")
-    height = prediction.height
     return (*(m for m in cheap if model_error(m, thickness, nu, height, length) <= SPARE * accuracy), "solid")
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
 from stripfold.base.arguments import checked
 from stripfold.base.errors import InvalidInputError
@@ -33,6 +33,8 @@ Progress = Callable[[str], None]
 @dataclass(frozen=True)
 class Strip:
     """A strip of fabric, held at one end and gripped at the other.
+
+    Where a method has ``progress``, it is called with a line on what is being done.
 
     Attributes
     ----------
@@ -75,9 +77,8 @@ class Strip:
     def __post_init__(self) -> None:
         from stripfold.ask import inputs
 
-        checked = inputs.Strip(**asdict(self))
-        for key in asdict(self):
-            object.__setattr__(self, key, getattr(checked, key))
+        for key, value in inputs.Strip(**asdict(self)):
+            object.__setattr__(self, key, value)
 
     @property
     def gravity_length(self) -> float:
@@ -114,8 +115,6 @@ class Strip:
         second_gripper
             Place along the strip, from the first gripper, m, that a second one holds, or "auto": the result then has a
             ``second_gripper``.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -127,7 +126,6 @@ class Strip:
         from stripfold.ask.inputs import Scene
 
         scene = self._asked(Scene, locals())
-        scene.require_long_enough()
         from stripfold.ask.critical import find
 
         return find(scene, progress)
@@ -157,8 +155,6 @@ class Strip:
             "auto", "on" or "off" by the effect's name (docs/effects.md); "auto" where none is given.
         accuracy
             Requested relative accuracy of lambda_c, by which effects are needed or not.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -170,14 +166,13 @@ class Strip:
         from stripfold.ask.inputs import Release, Simulation
         from stripfold.base.validation import within
 
-        given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
         with within("release"):
-            given |= Release.of({} if release is None else release).model_dump()
-        given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
-        simulation = Simulation.of(given)
+            released = Release.of({} if release is None else release).model_dump()
+        chosen = {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
+        asked = Simulation.of(asdict(self) | {"height": height, "accuracy": accuracy} | released | chosen)
         from stripfold.ask.collapse import StripCollapse
 
-        return StripCollapse.of(simulation, progress)
+        return StripCollapse.of(asked, progress)
 
     @checked
     def assess(
@@ -219,8 +214,6 @@ class Strip:
             critical point on, or "auto": the result then has a ``second_gripper``; without friction.
         model
             "solid" or "rod".
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -230,8 +223,14 @@ class Strip:
             Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
         from stripfold.ask.inputs import PathInputs
+        from stripfold.paths import FoldPath
 
-        self._check_path(path)
+        if not isinstance(cast(object, path), FoldPath):
+            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
+            raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
+        if not isclose(path.length, self.length):
+            made_for = f"a path for a length of {path.length:g} m"
+            raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
         asked = self._asked(PathInputs, locals())
         from stripfold.ask.assess import assess
 
@@ -240,16 +239,6 @@ class Strip:
     def _asked(self, model: type[M], arguments: Mapping[str, Any]) -> M:
         """Make the inputs of a question from this strip and the arguments of a method."""
         return model(**asdict(self), **{key: arguments[key] for key in arguments if key in model.model_fields})
-
-    def _check_path(self, path: Any) -> None:
-        from stripfold.paths import FoldPath
-
-        if not isinstance(path, FoldPath):
-            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
-            raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
-        if not isclose(path.length, self.length):
-            made_for = f"a path for a length of {path.length:g} m"
-            raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
 
     @checked
     def map(self, *, friction_moment: float | None = None, progress: Progress | None = None) -> StabilityMap:
@@ -262,8 +251,6 @@ class Strip:
         friction_moment
             M_0, N, of the fabric's bending hysteresis: adds where the strip snaps or lands with it, on the rod, for one
             history; takes longer.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -271,13 +258,6 @@ class Strip:
             A strip shorter than 7 or longer than 100 L*, or more friction than 0.25 rho_a g L*^2.
         SolveError
             A boundary or a state could not be computed.
-
-        Examples
-        --------
-        >>> import stripfold as sf
-        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
-        >>> round(found.touch_limit, 5), bool(found.hangs(0.0, 0.1)), bool(found.hangs(0.1, 0.1))
-        (0.04757, True, False)
         """
         from stripfold.ask.inputs import MapInputs
         from stripfold.ask.map import StabilityMap
@@ -312,8 +292,6 @@ class Strip:
         speed, acceleration
             Largest ones of the gripper, m/s and m/s^2.  With a speed the path is followed in time, too; without one it
             is timed for 0.1 m/s.
-        progress
-            Called with a line on what is being done.
 
         Raises
         ------
@@ -321,13 +299,6 @@ class Strip:
             A value that cannot be used, or a strip that cannot be folded in half.
         NoPathError
             No known path has the margin, or is followed at that speed; it says by how much each fails.
-
-        Examples
-        --------
-        >>> import stripfold as sf
-        >>> found = sf.Strip(length=0.5, eta_b=3780).plan(layers_may_slide=True)
-        >>> found.path.name, round(found.margin, 5)
-        ('low', 0.01477)
         """
         from stripfold.ask.inputs import PlanInputs
         from stripfold.ask.plan import FoldingPlan

@@ -97,19 +97,26 @@ class Grid:
             raise InvalidInputError("grid", given, "keys and values")
         axes = {str(key): _values(str(key), value) for key, value in given.items()}
         first = {key: values[0] for key, values in axes.items()}
-        defaults = _Case.of(first).model_dump()
+        checked_values = {key: [value] for key, value in _Case.of(first)}
         if (count := prod(len(values) for values in axes.values())) > MOST_CASES:
             raise InvalidInputError("grid", f"{count} cases", f"at most {MOST_CASES} cases", "split the grid")
-        values = {key: [value] for key, value in defaults.items()} | {
-            key: [getattr(_Case.of(first | {key: value}), key) for value in values] for key, values in axes.items()
-        }
+        for key, values in axes.items():
+            checked_values[key] = [getattr(_Case.of(first | {key: value}), key) for value in values]
         listed = tuple(key for key in KEYS if isinstance(given.get(key), list | tuple | Mapping))
         for key in listed:
-            if len(set(values[key])) < len(values[key]):
+            if len(set(checked_values[key])) < len(checked_values[key]):
                 raise InvalidInputError(key, given[key], "values of which no two are alike")
-        grid = cls({key: values[key] for key in KEYS}, listed)
-        grid._check_any()
-        return grid
+        grid, refused = cls({key: checked_values[key] for key in KEYS}, listed), None
+        for number in range(grid.count):
+            try:
+                Scene(**grid.case(number))
+            except InvalidInputError as error:
+                refused = refused or error
+            else:
+                return grid
+        # No case is possible, as with a wrong unit.
+        assert refused is not None
+        raise refused
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -138,26 +145,10 @@ class Grid:
         """The resolved keys and values, as they could be given."""
         return {key: values if key in self.listed else values[0] for key, values in self.values.items()}
 
-    def _check_any(self) -> None:
-        """Refuse a grid without a possible case, as with a wrong unit, by the error of its first."""
-        error = None
-        for number in range(self.count):
-            try:
-                Scene(**self.case(number))
-            except InvalidInputError as refused:
-                error = error or refused
-            else:
-                return
-        assert error is not None
-        raise error
-
 
 @checked
 def run(
-    given: Mapping[str, Any],
-    file: str | os.PathLike[str],
-    cores: int | None = None,
-    progress: Progress | None = None,
+    given: Mapping[str, Any], file: str | os.PathLike[str], cores: int | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
     """Find the critical points of all combinations of values and store them in one netCDF file.
 
@@ -174,7 +165,7 @@ def run(
         Most processes at a time, by default one for each core that may be used, which are also the most; one process
         is the calling one.
     progress
-        Is told how much is done.
+        Called with a line on how much is done.
 
     Returns
     -------
@@ -197,7 +188,13 @@ def run(
         parts = chunk_files(grid, file)
         try:
             left = [(chunk, part) for part, chunk in parts.items() if not _is_whole(part)]
-            _solve_all(grid, left, cores, progress or (lambda _: None))
+            solved, finished = Percent(progress, "solved"), grid.count - sum(len(chunk) for chunk, _ in left)
+            solved(finished / grid.count)
+            available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+            processes = min(cores or available, available, len(left))
+            for chunk in _one_by_one(grid, left) if processes < 2 else _in_processes(grid, left, processes):
+                finished += len(chunk)
+                solved(finished / grid.count)
             found = _gathered(grid, parts)
             store.write(found, file, title="critical points of a grid of strips", config=grid.config())
             for part in parts:
@@ -277,17 +274,6 @@ def _is_whole(part: Path) -> bool:
     except InvalidInputError:
         return False
     return True
-
-
-def _solve_all(grid: Grid, left: list[Job], cores: int | None, say: Progress) -> None:
-    finished = grid.count - sum(len(chunk) for chunk, _ in left)
-    solved = Percent(say, "solved")
-    solved(finished / grid.count)
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    processes = min(cores or available, available, len(left))
-    for chunk in _one_by_one(grid, left) if processes < 2 else _in_processes(grid, left, processes):
-        finished += len(chunk)
-        solved(finished / grid.count)
 
 
 def _one_by_one(grid: Grid, left: Iterable[Job]) -> Iterator[range]:
@@ -404,9 +390,7 @@ def _of(case: Mapping[str, Any]) -> dict[str, Any]:
         scene = Scene(**case)
         if scene.model == "elastica":
             return _of_elastica(scene)
-        prediction = _predicted(scene.height_star)
-        scene.require_long_enough(prediction.last.length)
-        found = critical.find(scene, prediction=prediction)
+        found = critical.find(scene, prediction=_predicted(scene.height_star))
     except StripfoldError as error:
         return dict.fromkeys(NUMBERS, nan) | {"reason": " ".join(str(error).split())}
     return {name: getattr(found, name) for name in (*NUMBERS, "reason")}
