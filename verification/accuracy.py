@@ -20,7 +20,7 @@ from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.ask.select_model import solid_error
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
-from stripfold.elastica._events import SNAP, TOUCH
+from stripfold.elastica._continuation import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.follow.track import End

@@ -20,12 +20,10 @@ from stripfold.ask.inputs import MapInputs
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.percent import Percent
-from stripfold.elastica._continuation import at_height, between, until
-from stripfold.elastica._events import SNAP
-from stripfold.elastica.barrier import barrier_coefficient
+from stripfold.elastica._continuation import SNAP, at_height, between, until
+from stripfold.elastica.barrier import barrier_coefficient, smallest_eigenvalue
 from stripfold.elastica.boundary import LENGTHS, TAUT, Boundary, lift_boundary, snap_boundary, touch_boundary
 from stripfold.elastica.branch import points
-from stripfold.elastica.second_variation import smallest_eigenvalue
 from stripfold.elastica.state import State
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
