@@ -33,7 +33,7 @@ from stripfold.follow.track import BUMP
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
-from stripfold.paths.low_path import HIGHEST, layer_slide
+from stripfold.paths.geometric import HIGHEST, layer_slide
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import LONGEST, shortest_half_fold
 
