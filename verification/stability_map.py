@@ -17,7 +17,7 @@ from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.prediction import stability_boundary
 from stripfold.draw.colours import CRITICAL, GREEN, HANGING
-from stripfold.draw.stability_map import CURVES, draw_map
+from stripfold.draw.results import CURVES, draw_map
 from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.statics import StripModel
 from stripfold.paths.geometric import low

@@ -6,11 +6,10 @@ import argparse
 import os
 from pathlib import Path
 
-from stripfold.base.errors import InvalidInputError
-from stripfold.base.extras import require
+from stripfold.base.errors import InvalidInputError, require
 from stripfold.cli_commands import command, draw, given, lines, metres, option, options, plot_option, writable
 from stripfold.cli_messages import Say, write
-from stripfold.files.json_output import as_json, document
+from stripfold.files.reporting import as_json, document
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:

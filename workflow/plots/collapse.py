@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from plots.motion import draw_gripper
 from plots.pieces import draw_states, entry, note
 from plots.readers import evenly, travel
-from stripfold.base.phases import AFTER, FALL
+from stripfold.base.progress import AFTER, FALL
+from stripfold.draw.collapse_curve import Collapse, collapse
 from stripfold.draw.colours import CRITICAL, FALLING, SETTLED, STATIC
-from stripfold.draw.readers import Collapse, collapse
 from stripfold.draw.style import CM, Limits, around, draw_held_end, equal_panels, legend_above, styled, text_at
 
 STATES, TO_TOUCH, TO_REST = 12, 5, 3

@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
+from stripfold.draw.collapse_curve import Collapse, collapse, require
 from stripfold.draw.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILLION
-from stripfold.draw.readers import Collapse, collapse, require
 from stripfold.draw.style import MILLI, figure, styled, text_at
 
 STACKED = {

@@ -12,7 +12,7 @@ from matplotlib.markers import CARETUP
 from plots.path_readers import Part, parts, planned
 from plots.pieces import draw_states, entry, note
 from plots.planned_paths import draw_path, limits
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.draw.colours import BLACK, CRITICAL, FALLING, LYING, STATIC
 from stripfold.draw.style import CM, equal_panels, legend_above, styled
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from plots.path_readers import Part, parts, planned, post_critical, with_friction
 from plots.pieces import arrow, note
 from stripfold.base.arrays import Array
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.draw.colours import CRITICAL, FRICTION, HANGING, SETTLED, SHADE, TOUCHING
 from stripfold.draw.style import CM, MILLI, figure, legend_above, styled, text_at
 

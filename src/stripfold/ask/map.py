@@ -19,7 +19,7 @@ from stripfold.ask.friction import HISTORY, MOST, FrictionBoundary, friction_bou
 from stripfold.ask.inputs import MapInputs
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.elastica._continuation import SNAP, at_height, between, until
 from stripfold.elastica.barrier import barrier_coefficient, smallest_eigenvalue
 from stripfold.elastica.boundary import LENGTHS, TAUT, Boundary, lift_boundary, snap_boundary, touch_boundary
@@ -318,7 +318,7 @@ class StabilityMap(Result):
 
     def plot(self) -> Figure:
         """The boundaries, and lines of equal margin."""
-        from stripfold.draw.stability_map import draw
+        from stripfold.draw.results import draw_stability
 
         unit, found, friction = self.strip.gravity_length, self.in_star, None
         advance, heights = found.grid
@@ -328,7 +328,7 @@ class StabilityMap(Result):
             text = f"friction {self.strip.friction_moment:.3g} N: {HISTORY}"
             friction = self._places(np.column_stack([ends.advance, ends.z])), ends.snaps, text
         curves = {name: unit * curve for name, curve in found.curves.items()}
-        return draw(curves, grid, margin, self.strip.length, friction)
+        return draw_stability(curves, grid, margin, self.strip.length, friction)
 
     def config(self) -> dict[str, Any]:
         return self.strip.model_dump()

@@ -415,7 +415,7 @@ class FoldingPlan(Result):
 
     def report(self, file: str | os.PathLike[str]) -> None:
         """Write a page with map, path, margin along it, worst case and reasons: one HTML file (docs/plan.md)."""
-        from stripfold.draw import page, results, save, stability_map
+        from stripfold.draw import results, save
 
         choice, asked, distances = self.choice, self.asked, distances_along(self)
         worst = int(np.nanargmin(np.nanmin(distances, axis=1)))
@@ -427,7 +427,7 @@ class FoldingPlan(Result):
         margins = unit * found.margin(*np.meshgrid(advance, heights))
         asked_margin = asked.margin if choice.sufficient_moment is None else None
         etas = [f"{strip.eta_b:.4g}" for strip in asked.strips]
-        text = page.html(
+        text = save.html(
             "plan.html",
             title=f"A gripper path for a strip of {asked.length:g} m",
             plan=self,
@@ -438,7 +438,7 @@ class FoldingPlan(Result):
             cases=list(zip(asked.strips, choice.verdicts, [self._nearest(one) for one in distances], strict=True)),
             frame=FRAME,
             grasp=GRASP,
-            map=save.as_svg(stability_map.draw(curves, grid, margins, asked.length, path=self.waypoints[:, 1:3])),
+            map=save.as_svg(results.draw_stability(curves, grid, margins, asked.length, path=self.waypoints[:, 1:3])),
             strip=save.as_svg(self.plot()),
             along=save.as_svg(results.draw_along(self.waypoints, distances, etas, asked_margin)),
         )

@@ -14,7 +14,7 @@ import yaml
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.files import schema, store
 from stripfold.film.recording import Entries
 from stripfold.synthetic.calibration import Calibration, board_of

@@ -10,8 +10,20 @@ from pydantic import model_validator
 
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
-from stripfold.base.quantities import Air, MovingModel, Stiffness
-from stripfold.base.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, value_meant, within
+from stripfold.base.validation import (
+    Air,
+    Flag,
+    Input,
+    MovingModel,
+    Number,
+    Stiffness,
+    Text,
+    Whole,
+    quantity,
+    read_yaml,
+    value_meant,
+    within,
+)
 
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
 MAX_PIXELS = 4096 * 2160
