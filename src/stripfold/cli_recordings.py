@@ -68,8 +68,6 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
         numbers = {"lambda_c": critical, "duration": float(history.t[-1]), "written": str(folder)}
         return as_json(document(numbers, asked.as_config()))
     rows = [("written", f"{folder} (synthetic)"), ("length", f"{history.t[-1]:.4g} s")]
-    if critical is None:
-        return lines([*rows, ("lambda_c", "-")])
     if not isinstance(asked.motion, scene.DynamicsMotion):
         return lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
     from stripfold import elastica

@@ -19,6 +19,8 @@ from stripfold.synthetic.scene import ShapesMotion
 
 WAIT, RAMP = 0.3, 0.2
 """Times for which the gripper rests at first, and over which it speeds up or slows down, s."""
+AMPLITUDE = 0.6
+"""Distance of the static shape from the critical one, one L* before it."""
 LONGEST_FALL = 20.0
 """Longest time from lambda_c to the touch, s."""
 _MODE_TIME = 0.25
@@ -28,17 +30,17 @@ _MODE_TIME = 0.25
 def force(motion: ShapesMotion, q: float, mu: float) -> float:
     """F of T_i^2 q'' + T_d q' = F(q, mu), mu = (lambda_c - lambda) / scale; q = 0 is critical, q = 1 is the touch.
 
-    The static shape, F = 0, is q = -amplitude mu^(1/2); mu^exponent for "power"; for "cubic" only close to lambda_c.
+    The static shape, F = 0, is q = -AMPLITUDE mu^(1/2); mu^exponent for "power"; for "cubic" only close to lambda_c.
     """
     if motion.law == "power":
-        return float(abs(q) ** (1.0 / motion.exponent) - motion.amplitude ** (1.0 / motion.exponent) * mu)
+        return float(abs(q) ** (1.0 / motion.exponent) - AMPLITUDE ** (1.0 / motion.exponent) * mu)
     factor = 1.0 + motion.cubic * q if motion.law == "cubic" else 1.0
-    return q * q * factor - motion.amplitude**2 * mu
+    return q * q * factor - AMPLITUDE**2 * mu
 
 
 def _static(motion: ShapesMotion, mu: float) -> float:
     """The stable static q at ``mu`` >= 0."""
-    lowest = -2.0 / (3.0 * motion.cubic) if motion.law == "cubic" else -motion.amplitude * (1.0 + mu)
+    lowest = -2.0 / (3.0 * motion.cubic) if motion.law == "cubic" else -AMPLITUDE * (1.0 + mu)
     if force(motion, lowest, mu) <= 0.0:
         raise InvalidInputError("motion.before", motion.before, "a start closer to lambda_c", "no static state there")
     return float(brentq(lambda q: force(motion, q, mu), lowest, 0.0, xtol=1e-14))
@@ -48,16 +50,15 @@ class Trajectory(NamedTuple):
     """A solution of a law.
 
     ``t``, ``advance``, ``q``, ``second``: shape (m,): time, s; lambda, m; q, which is 1 from the touch on; the second
-    mode, 0 for laws with one.  ``onset``, ``touch``: when lambda = lambda_c and when q = 1, s; None where that does not
-    happen.
+    mode, 0 for laws with one.  ``onset``, ``touch``: when lambda = lambda_c and when q = 1, s.
     """
 
     t: Array
     advance: Array
     q: Array
     second: Array
-    onset: float | None
-    touch: float | None
+    onset: float
+    touch: float
 
 
 def travelled(t: ArrayLike, stop: float = np.inf) -> Array:
@@ -77,16 +78,11 @@ def solve(motion: ShapesMotion, lambda_c: float, scale: float, speed: float) -> 
     Raises InvalidInputError: the law has no static state at the start, or its strip does not touch.
     """
     start = lambda_c - motion.before
-
-    def time_of(advance: float) -> float:
-        distance = (advance - start) / speed
-        return float(brentq(lambda t: float(travelled(t)) - distance, 0.0, WAIT + RAMP + distance + 1.0, xtol=1e-14))
-
-    onset, stop = (None, time_of(lambda_c - motion.short)) if motion.short else (time_of(lambda_c), np.inf)
-    end = onset + LONGEST_FALL if onset is not None else stop + RAMP + motion.after
+    distance = motion.before / speed
+    onset = float(brentq(lambda t: float(travelled(t)) - distance, 0.0, WAIT + RAMP + distance + 1.0, xtol=1e-14))
 
     def rates(t: float, y: Array) -> list[float]:
-        mu = (lambda_c - start - speed * float(travelled(t, stop))) / scale
+        mu = (lambda_c - start - speed * float(travelled(t))) / scale
         pull = force(motion, float(y[0]), mu)
         rate = float(y[1]) if motion.inertia else pull / motion.drag
         acceleration = (pull - motion.drag * rate) / motion.inertia**2 if motion.inertia else 0.0
@@ -99,7 +95,7 @@ def solve(motion: ShapesMotion, lambda_c: float, scale: float, speed: float) -> 
     mu = motion.before / scale
     found = solve_ivp(
         rates,
-        (0.0, end),
+        (0.0, onset + LONGEST_FALL),
         [_static(motion, mu), 0.0, mu],
         events=touches,
         dense_output=True,
@@ -108,16 +104,13 @@ def solve(motion: ShapesMotion, lambda_c: float, scale: float, speed: float) -> 
         rtol=1e-9,
         atol=1e-11,
     )
-    touch = float(found.t_events[0][0]) if len(found.t_events[0]) else None
-    if (touch is None) != bool(motion.short):
-        allowed = "0, or a distance at which the strip does not snap"
-        raise InvalidInputError("motion.short", motion.short, allowed, "change inertia or drag")
-    if touch is not None:
-        end, stop = touch + motion.after, touch + 0.5 * motion.after
+    if not len(found.t_events[0]):
+        raise InvalidInputError("motion.drag", motion.drag, "a strip that touches", "change inertia or drag")
+    touch = float(found.t_events[0][0])
+    end, stop = touch + motion.after, touch + 0.5 * motion.after
     t = np.arange(int(end * RATE) + 1) / RATE
     q, _, second = found.sol(np.minimum(t, found.t[-1]))
-    if touch is not None:
-        q = np.where(t >= touch, 1.0, q)
-        second = second * np.exp(-np.clip(t - touch, 0.0, None) / _MODE_TIME)
+    q = np.where(t >= touch, 1.0, q)
+    second = second * np.exp(-np.clip(t - touch, 0.0, None) / _MODE_TIME)
     second = second if motion.law == "two_modes" else np.zeros_like(t)
     return Trajectory(t, start + speed * travelled(t, stop), q, second, onset, touch)

@@ -24,6 +24,8 @@ _SLOPES = (0.02, 1.3)
 """Least and greatest slope of the descent, rad."""
 _GAP = 0.25
 """Height of the sag over the lying part in the critical shape, L*."""
+_DRIFT = 0.15
+"""Rise of the sag before lambda_c in addition to the law's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,10 +164,8 @@ def history(scene: Scene) -> History:
     found = laws.solve(motion, lambda_c, unit, scene.speed)
     smooth = 0.5 * unit
     ahead = smooth * (np.logaddexp(0.0, (lambda_c - found.advance) / smooth) - np.log(2.0))
-    gap = thickness + (1.0 - found.q) * (_GAP * unit + motion.drift * ahead)
-    flat = np.zeros_like(gap)
-    if found.touch is not None:
-        flat = 0.25 * unit * -np.expm1(-np.clip(found.t - found.touch, 0.0, None) / 0.15)
+    gap = thickness + (1.0 - found.q) * (_GAP * unit + _DRIFT * ahead)
+    flat = 0.25 * unit * -np.expm1(-np.clip(found.t - found.touch, 0.0, None) / 0.15)
     curve = family.curves(found.advance, gap, flat, 0.08 * found.second + 0.15 * ahead / unit)
     end = np.column_stack([scene.flat_end + found.advance, np.full_like(found.t, scene.height)])
-    return History(found.t, end, curve, None if motion.short else lambda_c, found.onset, found.touch)
+    return History(found.t, end, curve, lambda_c, found.onset, found.touch)

@@ -40,7 +40,7 @@ def tick(filming: Filming) -> Fraction:
     return Fraction(1, 1000) if filming.container == "mkv" else Fraction(1, 60000)
 
 
-def timeline(filming: Filming, end: float, fall: float | None, rng: np.random.Generator) -> Timeline:
+def timeline(filming: Filming, end: float, fall: float, rng: np.random.Generator) -> Timeline:
     """The frames of a film of ``end`` seconds; ``fall`` is where the snap begins, s."""
     clock = 1e-6 if filming.timestamps else float(tick(filming))
     period = 1.0 / filming.frame_rate
@@ -49,9 +49,8 @@ def timeline(filming: Filming, end: float, fall: float | None, rng: np.random.Ge
     t[1:] += period * np.clip(filming.jitter * rng.standard_normal(len(t) - 1), -0.4, 0.4)
     t = np.rint(t / clock) * clock
     lost = rng.random(len(t)) < filming.dropped
-    if fall is not None:
-        first = int(np.searchsorted(t, fall))
-        lost[first : first + filming.dropped_at_event] = True
+    first = int(np.searchsorted(t, fall))
+    lost[first : first + filming.dropped_at_event] = True
     doubled = (rng.random(len(t)) < filming.doubled) & ~lost
     lost[:2] = doubled[:2] = False
     shown = t.copy()
