@@ -21,8 +21,7 @@ from stripfold.synthetic.calibration import Calibration, board_of
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Scene
-from stripfold.synthetic.sensor import Sensor
-from stripfold.synthetic.video import encode, tick, timeline
+from stripfold.synthetic.sensor import Sensor, encode, tick, timeline
 
 LOG_NOISE = 2e-5
 """Standard deviation of a place in the robot's log, m."""
