@@ -18,16 +18,10 @@ STATIONS = 100
 class History:
     """The states of a strip over time, :data:`RATE` per second.
 
-    Attributes
-    ----------
-    t
-        Shape (m,): s, ascending from 0.
-    gripper
-        Shape (m, 2): x and z of the gripped end in the robot frame, m.
-    curve
-        Shape (m, :data:`STATIONS`, 2): material points of the mid-surface from the gripped end to the held end, m.
-    lambda_c, onset, touch
-        The static lambda_c, m; when the gripper passes it, and when the raised part meets the lying one, s.
+    ``t``, shape (m,): s, ascending from 0.  ``gripper``, shape (m, 2): x and z of the gripped end, robot frame, m.
+    ``curve``, shape (m, :data:`STATIONS`, 2): material points of the mid-surface from the gripped end to the held end,
+    m.  ``lambda_c``, ``onset``, ``touch``: the static lambda_c, m; when the gripper passes it, and when the raised part
+    meets the lying one, s.
     """
 
     t: Array
