@@ -17,9 +17,9 @@ import stripfold
 import stripfold as sf
 from stripfold import cli, kernels
 from stripfold.ask.strip import Strip
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.cli import COMMANDS, main
-from stripfold.files import json_output
+from stripfold.files import reporting
 
 STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
 
@@ -73,7 +73,7 @@ def test_json_says_what_it_is_for_and_in_which_units(capsys, tmp_path, monkeypat
     given = {arguments[i][2:].replace("-", "_"): arguments[i + 1] for i in range(len(arguments) - 1)}
     numbers = {name: float(text) for name, text in given.items() if name in ("length", "eta_b", "fold_height")}
     assert {name: found["inputs"][name] for name in numbers} == numbers
-    known = set(json_output._numeric({name: value for name, value in found.items() if name != "units"}))
+    known = set(reporting._numeric({name: value for name, value in found.items() if name != "units"}))
     assert known <= set(found["units"])
 
 

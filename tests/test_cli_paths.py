@@ -13,7 +13,7 @@ import stripfold as sf
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.files import store
-from stripfold.files.json_output import as_json
+from stripfold.files.reporting import as_json
 from stripfold.paths import PLANS, table
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]

@@ -14,7 +14,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.elastica import _system as system
-from stripfold.elastica import fold
+from stripfold.elastica import textile
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica.state import State
 
@@ -75,7 +75,7 @@ class TestNumbers:
         assert run.y_events[1][:, 1].max() == pytest.approx(loop.height, abs=1e-9)
 
     def test_the_folded_loop_is_the_root_without_self_intersection(self):
-        second = fold._loop(1.732, 6.663)
+        second = textile._loop(1.732, 6.663)
         assert second.height == pytest.approx(1.5548, abs=1e-4)
         assert crosses_itself(second.state)
         assert not crosses_itself(elastica.folded_loop().state)

@@ -10,7 +10,7 @@ from oracles.shooting import assert_equilibrium
 from stripfold import elastica
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import GRAVITY
-from stripfold.elastica import half_fold, hanging_loop, point_contact
+from stripfold.elastica import half_fold, textile
 
 OFFSET = 1.099425
 """Free length of a half fold beyond half the strip, L*: docs/physics.md, section 4."""
@@ -48,7 +48,7 @@ def test_fixed_lift_off_ends_at_first_contact(length: float) -> None:
 def test_point_contact_ends_in_the_folded_loop(length: float) -> None:
     free = length / 2.0 + OFFSET
     *_, touch = half_fold.states_fixed_lift_off(free)
-    states = list(point_contact.states_point_contact(touch))
+    states = list(half_fold.states_point_contact(touch))
     first, last = states[0], states[-1]
     assert first.reaction == pytest.approx(0.0, abs=1e-8)
     np.testing.assert_allclose(first.gripper, touch.gripper, atol=1e-8)
@@ -91,7 +91,7 @@ def test_a_short_strip_touches_before_it_becomes_unstable() -> None:
 def test_without_sag_there_is_no_contact() -> None:
     *_, lifted = half_fold.states_no_horizontal_force(6.0)
     with pytest.raises(SolveError, match="sag"):
-        list(point_contact.states_point_contact(lifted))
+        list(half_fold.states_point_contact(lifted))
 
 
 SLOPES = {"heart": 0.5 * np.pi, "pear": -0.5 * np.pi}
@@ -129,10 +129,10 @@ def test_eta_b_of_a_loop_whose_height_is_computed_otherwise(kind: str, star: flo
 @pytest.mark.parametrize(("kind", "share"), [("heart", 0.1337), ("pear", 0.4243)])
 def test_without_weight_heights_are_peirces(kind: str, share: float):
     """His l_0 over the length."""
-    values = np.zeros(hanging_loop.NODES + 2)
-    guess = np.sin(np.pi * hanging_loop.grid(hanging_loop.NODES).nodes)
-    values[:-2] = -hanging_loop.BULGE[kind] * np.pi**2 * guess
-    assert 0.5 * hanging_loop._depth(kind, hanging_loop._solved(kind, values)) == pytest.approx(share, abs=2e-4)
+    values = np.zeros(textile.NODES + 2)
+    guess = np.sin(np.pi * textile.grid(textile.NODES).nodes)
+    values[:-2] = -textile.BULGE[kind] * np.pi**2 * guess
+    assert 0.5 * textile._depth(kind, textile._solved(kind, values)) == pytest.approx(share, abs=2e-4)
 
 
 @pytest.mark.parametrize("relative", [0.15, 0.2, 0.25, 0.3, 0.4])

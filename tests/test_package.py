@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from stripfold import cli
-from stripfold.base import extras
+from stripfold.base import errors
 from stripfold.base.errors import InvalidInputError, MissingExtraError
 from stripfold.film import video
 
@@ -54,12 +54,12 @@ def committed(folder: Path, tag: str = "") -> str:
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     found = util.find_spec
-    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "av" else found(name))
+    monkeypatch.setattr(errors, "find_spec", lambda name: None if name == "av" else found(name))
     with pytest.raises(MissingExtraError, match=r"stripfold\[vision\]"):
-        extras.require("vision")
+        errors.require("vision")
     assert cli.main(["film", "result.nc"]) == 2
     assert 'pip install "stripfold[vision]"' in capsys.readouterr().err
-    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "matplotlib" else found(name))
+    monkeypatch.setattr(errors, "find_spec", lambda name: None if name == "matplotlib" else found(name))
     line = ["critical", "--model", "elastica", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
     assert cli.main([*line, "--plot", "p.png"]) == 2
     assert 'pip install "stripfold[plot]"' in capsys.readouterr().err
@@ -67,7 +67,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytes
 
 def test_what_needs_no_extra():
     """In a process in which the optional modules cannot be imported."""
-    blocked = [module for modules in extras.MODULES.values() for module in modules]
+    blocked = [module for modules in errors.MODULES.values() for module in modules]
     names = ("ask.strip", "ask.sweep", "cli", "ask.collapse", "film.eta")
     code = f"import sys; sys.modules |= dict.fromkeys({[*blocked, 'snakemake']!r})\n"
     code += "\n".join(f"import stripfold.{name}" for name in names)
@@ -90,7 +90,7 @@ def test_other_packages_need_the_same():
         f"python {project['requires-python']}"
     }
     assert set(recipe["requirements"]["run_constraints"]) == there(
-        [line for name in extras.MODULES for line in extras_[name]]
+        [line for name in errors.MODULES for line in extras_[name]]
     )
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"]
     assert recipe["context"]["version"] == cited

@@ -13,7 +13,7 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import SNAP, End, peak_forces, shape_error
-from stripfold.paths import geometric, low_path, rpath
+from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
 from stripfold.paths.rpath import RPath, plan_r_path
 
@@ -46,7 +46,7 @@ def test_circular() -> None:
 @pytest.mark.parametrize("height", [0.1, 1.2, 5.0])
 def test_low(height: float) -> None:
     """Lifted and laid down where there is no horizontal force, and straight between."""
-    path = low_path.low(20.0, height)
+    path = geometric.low(20.0, height)
     advance = elastica.state_no_horizontal_force(height).advance
     np.testing.assert_allclose(path.position(0.0), [-10.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(path.position(path.corners[0]), [advance - 10.0, height], atol=1e-9)
@@ -185,7 +185,7 @@ def test_no_such_table(tmp_path: Path) -> None:
 def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
     """The push is the elastica's, the fold that of the R-path, up to the square of the thickness."""
     strip = StripModel(14.0, 0.02, kind="rod")
-    found = assess_strip(strip, low_path.low(strip.length, 0.7))
+    found = assess_strip(strip, geometric.low(strip.length, 0.7))
     assert found.stable
     assert found.end is End.PATH
     assert shape_error(*found.states[-1], plan_r_path(strip.length)) < 2e-3
@@ -203,7 +203,7 @@ def test_no_snap_of_the_mesh_below_the_touch_limit(eta_b: float) -> None:
 
 def test_a_snap_above_the_touch_limit() -> None:
     strip = StripModel(14.0, 0.02, kind="rod")
-    path = low_path.low(strip.length, 1.65)
+    path = geometric.low(strip.length, 1.65)
     found = assess_strip(strip, path)
     (event,) = found.events
     assert event.kind == SNAP

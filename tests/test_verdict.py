@@ -14,13 +14,13 @@ from assessing import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.paths import low_path
+from stripfold.paths import geometric
 
 MATERIAL = Material(5000.0)
 UNIT, FORCE = MATERIAL.gravity_length, MATERIAL.force_scale
 LENGTH = 9.0 * UNIT
 START = (-LENGTH / 2.0, 0.0)
-LOW = low_path.low(9.0, 1.0).sampled(0.1)[1] * UNIT
+LOW = geometric.low(9.0, 1.0).sampled(0.1)[1] * UNIT
 """Places on a low path, m."""
 ANGLE = np.linspace(0.0, 0.5 * np.pi, 40)
 
@@ -64,7 +64,7 @@ def assessed(path: Any, length: float = 9.0) -> Any:
 
 
 def test_a_low_path_pushes_as_the_elastica() -> None:
-    found = assessed(low_path.low(9.0, 0.7))
+    found = assessed(geometric.low(9.0, 0.7))
     push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
     assert found.peak_push == pytest.approx(push * FORCE, rel=0.03)
     assert found.push_z == pytest.approx(0.7 * UNIT, rel=1e-3)

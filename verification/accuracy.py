@@ -24,7 +24,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.draw.colours import GREY
 from stripfold.draw.style import figure, styled
-from stripfold.elastica._events import SNAP, TOUCH
+from stripfold.elastica._continuation import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.follow.track import End

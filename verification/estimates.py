@@ -20,7 +20,7 @@ from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.ask.select_model import model_error
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
-from stripfold.base.quantities import ETA_B, HEIGHT_STAR
+from stripfold.base.validation import ETA_B, HEIGHT_STAR
 from stripfold.follow.statics import StripModel
 from verification.common import Progress, attempted, pooled, table
 from verification.numbers import Facts, Number, covers, seed_of, share

@@ -24,8 +24,7 @@ from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import SPEED, TIME_OPTIONS, dissipated, follow_in_time, opened
 from stripfold.follow.track import mid_surfaces, nodes, shape_error
-from stripfold.paths.geometric import circular, triangular
-from stripfold.paths.low_path import low
+from stripfold.paths.geometric import circular, low, triangular
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
 from verification.common import Progress, dataset, pooled

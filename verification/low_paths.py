@@ -28,7 +28,7 @@ from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import dissipated, follow_in_time
 from stripfold.follow.track import BUMP, peak_forces, shape_error
-from stripfold.paths.low_path import low
+from stripfold.paths.geometric import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
 from verification.common import Progress, attempted, dataset, grid, markdown_table, pooled

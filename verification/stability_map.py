@@ -17,10 +17,10 @@ from stripfold import elastica
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.draw.colours import CRITICAL, GREEN, HANGING
-from stripfold.draw.stability_map import CURVES, draw_map
+from stripfold.draw.results import CURVES, draw_map
 from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.statics import StripModel
-from stripfold.paths.low_path import low
+from stripfold.paths.geometric import low
 from tasks.assess_data import PATHS, path_of
 from verification.common import Progress, command, dataset, timed_process
 from verification.numbers import Facts, Number, seed_of

@@ -14,8 +14,22 @@ from pydantic import Field, model_validator
 from stripfold.ask.inputs import Scene
 from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.material import GRAVITY, Material
-from stripfold.base.quantities import Accuracy, EtaB, EtaM, Gravity, Length, Nu, RhoA
-from stripfold.base.validation import AtLeastOne, Distinct, Input, Number, Text, quantity, read_yaml
+from stripfold.base.validation import (
+    Accuracy,
+    AtLeastOne,
+    Distinct,
+    EtaB,
+    EtaM,
+    Gravity,
+    Input,
+    Length,
+    Nu,
+    Number,
+    RhoA,
+    Text,
+    quantity,
+    read_yaml,
+)
 from verification import STUDIES
 
 Config = dict[str, Any]

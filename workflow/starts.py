@@ -6,11 +6,10 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid
-from stripfold.elastica._continuation import at_height, to_event
-from stripfold.elastica._events import SNAP, TOUCH
-from stripfold.elastica._starts import HEIGHTS, NODES, RANGES, TABLE
+from stripfold.elastica._continuation import SNAP, TOUCH, at_height, to_event
 from stripfold.elastica._system import LENGTH, SCALARS, refine
 from stripfold.elastica.branch import points
+from stripfold.elastica.critical_point import HEIGHTS, NODES, RANGES, TABLE
 
 
 def compute() -> Array:

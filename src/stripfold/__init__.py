@@ -96,7 +96,7 @@ def __getattr__(name: str) -> object:
     for module, names in _MODULES.items():
         if name in names:
             if module == "film.measure":
-                import_module("stripfold.base.extras").require("vision")
+                import_module("stripfold.base.errors").require("vision")
             found: object = getattr(import_module(f"stripfold.{module}"), name)
             globals()[name] = found
             return found

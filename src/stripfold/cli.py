@@ -31,7 +31,7 @@ def completion_options(parser: argparse.ArgumentParser) -> None:
 @commands.command("completion of commands and options by the tab key, for a shell", completion_options, json=False)
 def completion(arguments: argparse.Namespace, _: Say) -> str:
     """Print the script that completes commands and options: eval "$(stripfold completion bash)"."""
-    from stripfold.base.extras import require
+    from stripfold.base.errors import require
 
     require("completion")
     import shtab

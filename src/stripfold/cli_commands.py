@@ -10,10 +10,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
-from stripfold.base.errors import MISSING, InvalidInputError, SolveError, TimeStepError
-from stripfold.base.extras import require
+from stripfold.base.errors import MISSING, InvalidInputError, SolveError, TimeStepError, require
 from stripfold.cli_messages import Say, logger
-from stripfold.files.json_output import as_json, document
+from stripfold.files.reporting import as_json, document
 
 if TYPE_CHECKING:
     from stripfold.base.validation import Input

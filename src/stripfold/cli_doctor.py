@@ -11,11 +11,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stripfold.base.extras import MODULES
+from stripfold.base.errors import MODULES
 from stripfold.base.version import version
 from stripfold.cli_commands import command
 from stripfold.cli_messages import Say
-from stripfold.files.json_output import as_json
+from stripfold.files.reporting import as_json
 
 AGREEMENT = 1e-3
 """Largest difference of lambda_c between the two models of the small run, L*."""

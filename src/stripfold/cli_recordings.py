@@ -6,11 +6,10 @@ import argparse
 import os
 from pathlib import Path
 
-from stripfold.base.errors import InvalidInputError
-from stripfold.base.extras import require
+from stripfold.base.errors import InvalidInputError, require
 from stripfold.cli_commands import command, draw, given, lines, metres, options, plot_option, writable
 from stripfold.cli_messages import Say, write
-from stripfold.files.json_output import as_json, document
+from stripfold.files.reporting import as_json, document
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
@@ -64,8 +63,6 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
         numbers = {"lambda_c": critical, "duration": float(history.t[-1]), "written": str(folder)}
         return as_json(document(numbers, asked.as_config()))
     rows = [("written", f"{folder} (synthetic)"), ("length", f"{history.t[-1]:.4g} s")]
-    if critical is None:
-        return lines([*rows, ("lambda_c", "-")])
     if not isinstance(asked.motion, scene.DynamicsMotion):
         return lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
     from stripfold import elastica

@@ -13,7 +13,7 @@ from matplotlib.markers import CARETUP
 from plots.path_readers import Part, parts, planned
 from plots.pieces import arrow, draw_states, drawings, entry, note
 from stripfold.base.arrays import Array
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.draw.colours import BLACK, CRITICAL, FALLING, FIXED, GRIPPER, LYING, STATIC
 from stripfold.draw.style import CM, Limits, around, equal_panels, legend_above, styled, text_at
 

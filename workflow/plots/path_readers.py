@@ -11,8 +11,8 @@ from scipy.interpolate import RegularGridInterpolator
 from plots.readers import chosen, evenly, travel
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.phases import FALL
-from stripfold.draw.readers import require, states_of
+from stripfold.base.progress import FALL
+from stripfold.draw.collapse_curve import require, states_of
 from tasks.assess_data import STATIC
 
 _NAMES = ("pseudo_time", "x", "z", "arc")

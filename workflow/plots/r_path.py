@@ -16,7 +16,7 @@ from plots.on_paths import draw_evolution, draw_path, limits
 from plots.path_readers import Part, PostCriticalBranch, parts, planned, post_critical, with_friction
 from plots.pieces import arrow, draw_states, entry, note
 from stripfold.base.arrays import Array
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.draw.colours import CRITICAL, FRICTION, GRIPPER, HANGING, SETTLED, SHADE, STATIC, TOUCHING
 from stripfold.draw.style import CM, MILLI, Limits, around, equal_panels, figure, legend_above, styled, text_at
 

@@ -11,7 +11,7 @@ import xarray as xr
 from plots.pieces import Look, look
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
-from stripfold.draw.readers import require, states_of
+from stripfold.draw.collapse_curve import require, states_of
 
 
 @dataclass(frozen=True, eq=False)

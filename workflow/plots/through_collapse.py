@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from plots.pieces import draw_states, entry, note
 from plots.readers import evenly, travel
 from plots.x_axis import draw_gripper
-from stripfold.base.phases import AFTER, FALL
+from stripfold.base.progress import AFTER, FALL
+from stripfold.draw.collapse_curve import Collapse, collapse, require
 from stripfold.draw.colours import (
     BLACK,
     BLUE,
@@ -25,7 +26,6 @@ from stripfold.draw.colours import (
     STATIC,
     VERMILLION,
 )
-from stripfold.draw.readers import Collapse, collapse, require
 from stripfold.draw.style import (
     CM,
     MILLI,

@@ -12,7 +12,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.files import schema
 from stripfold.follow.fall import Fall, Progress, assess_strip
 from stripfold.follow.statics import StripModel, solve_height

@@ -12,14 +12,11 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid, resample
-from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, to_event
-from stripfold.elastica._events import SNAP, TOUCH
+from stripfold.elastica._continuation import SNAP, TOUCH, Point, at_height, to_event
 from stripfold.elastica._system import FORCE_X
-from stripfold.elastica.branch import points
+from stripfold.elastica.branch import checked_height, points
 from stripfold.elastica.critical_point import touch_limit
-from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.elastica.point_contact import PointContact, states_point_contact
+from stripfold.elastica.half_fold import PointContact, states_no_horizontal_force, states_point_contact
 from stripfold.elastica.state import State
 
 NODES = 48
@@ -51,7 +48,7 @@ def free_states(z: float, count: int) -> Row:
 
     Raises InvalidInputError, ContinuationError: ``z`` outside 0.1 to 100 L*; the branch could not be followed.
     """
-    z = height(z)
+    z = checked_height(z)
     event, family = (SNAP if z > touch_limit() else TOUCH), at_height(z)
     branch = to_event(points(z, MAX_STEP), family, event)
     pulled: list[Point] = []
@@ -71,7 +68,7 @@ def contact_states(z: float, count: int) -> Row:
 
     Raises InvalidInputError, SolveError: ``z`` outside 0.1 to 60 L*; a state was not found.
     """
-    z = height(z)
+    z = checked_height(z)
     first = State._from(to_event(points(z), at_height(z), TOUCH)[-1].e)
     found: list[PointContact] = list(states_point_contact(first, z))
     advances = [one.loop.length + one.upper.length - one.gripper[0] for one in found]

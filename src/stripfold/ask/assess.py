@@ -21,7 +21,7 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
-from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
+from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
@@ -257,10 +257,10 @@ class PathAssessment(Result):
     @checked
     def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
         """Draw it as an MP4 film, with the falls that were followed."""
-        from stripfold.base.extras import require
+        from stripfold.base.errors import require
 
         require("vision")
-        from stripfold.draw import film, readers
+        from stripfold.draw import collapse_curve, film
 
         ordered = [(SLOW if isinstance(state[1], TimeState) else BEFORE, state) for state in self.states]
         if self.falls:
@@ -270,7 +270,7 @@ class PathAssessment(Result):
             ordered[before:before] = [(FALL, state) for state in motion]
         phase, states = (list(part) for part in zip(*ordered, strict=True))
         second = self.asked.material.scales["s"]
-        followed = readers.Followed(
+        followed = collapse_curve.Followed(
             phase=np.array(phase),
             time=np.array([second * state.t if isinstance(state, TimeState) else nan for _, state in states]),
             advance=self.asked.gravity_length * np.array([state.lam for _, state in states]),

@@ -18,7 +18,7 @@ from stripfold.ask.inputs import Release, Simulation
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import TimeStepError
 from stripfold.base.material import Material
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.fall import Fall, collapse
@@ -121,7 +121,7 @@ class StripCollapse(Result):
     @checked
     def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
         """Draw it as an MP4 film."""
-        from stripfold.base.extras import require
+        from stripfold.base.errors import require
 
         require("vision")
         from stripfold.draw.film import film

@@ -21,7 +21,7 @@ import numpy as np
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_events import clearance

@@ -16,22 +16,27 @@ from pydantic import BeforeValidator, Field, model_validator
 from stripfold.ask.select_model import model_error
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material
-from stripfold.base.quantities import (
+from stripfold.base.validation import (
     ETA_B,
     HEIGHT_STAR,
     Accuracy,
     Air,
     EtaB,
     EtaM,
+    Flag,
     Gravity,
     Height,
+    Input,
     Length,
     MovingModel,
     Nu,
+    Number,
     RhoA,
     Stiffness,
+    quantity,
+    read_yaml,
+    value_meant,
 )
-from stripfold.base.validation import Flag, Input, Number, quantity, read_yaml, value_meant
 
 LENGTH_STAR = (3.0, 150.0)
 """Allowed strip lengths, L*.  The shortest strip that can snap is twice as long; the longest is a matter of cost."""

@@ -19,13 +19,11 @@ from stripfold.ask.friction import HISTORY, MOST, FrictionBoundary, friction_bou
 from stripfold.ask.inputs import MapInputs
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.percent import Percent
-from stripfold.elastica._continuation import at_height, between, until
-from stripfold.elastica._events import SNAP
-from stripfold.elastica.barrier import barrier_coefficient
+from stripfold.base.progress import Percent
+from stripfold.elastica._continuation import SNAP, at_height, between, until
+from stripfold.elastica.barrier import barrier_coefficient, smallest_eigenvalue
 from stripfold.elastica.boundary import LENGTHS, TAUT, Boundary, lift_boundary, snap_boundary, touch_boundary
 from stripfold.elastica.branch import points
-from stripfold.elastica.second_variation import smallest_eigenvalue
 from stripfold.elastica.state import State
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
@@ -132,13 +130,13 @@ class GripperMap:
         ``friction``: places where a strip with friction ends, which of them snap, and for which history.  ``path``:
         places of the gripper on a path; all in m.
         """
-        from stripfold.draw.stability_map import draw
+        from stripfold.draw.results import draw_stability
 
         curves = {name: unit * curve for name, curve in self.curves.items()}
         advance, heights = self.grid
         grid = unit * (advance - self.length / 2.0), unit * heights
         margin = unit * self.margin(*np.meshgrid(advance, heights))
-        return draw(curves, grid, margin, unit * self.length, friction, path)
+        return draw_stability(curves, grid, margin, unit * self.length, friction, path)
 
     def _row(self, z: float) -> Iterator[tuple[float, float]]:
         """Advance and eigenvalue of states at one height, from a taut one to the largest advance."""

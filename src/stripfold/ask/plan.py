@@ -33,7 +33,7 @@ from stripfold.follow.track import BUMP, mid_surfaces
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
-from stripfold.paths.low_path import HIGHEST, layer_slide
+from stripfold.paths.geometric import HIGHEST, layer_slide
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import LONGEST, shortest_half_fold
 
@@ -373,7 +373,7 @@ class FoldingPlan(Result):
 
     def report(self, file: str | os.PathLike[str]) -> None:
         """Write a page with map, path, margin along it, worst case and reasons: one HTML file (docs/plan.md)."""
-        from stripfold.draw import page, results, save
+        from stripfold.draw import results, save
 
         choice, asked, distances = self.choice, self.asked, distances_along(self)
         with_friction = choice.sufficient_moment is not None
@@ -386,7 +386,7 @@ class FoldingPlan(Result):
         etas = [f"{strip.eta_b:.4g}" for strip in asked.strips]
         unit = asked.strips[worst].gravity_length
         places = gripper_map(asked.length / unit).drawn(unit, path=self.waypoints[:, 1:3])
-        text = page.html(
+        text = save.html(
             "plan.html",
             title=f"A gripper path for a strip of {asked.length:g} m",
             plan=self,

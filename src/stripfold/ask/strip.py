@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from stripfold.ask.inputs import Law, Model, Release
     from stripfold.ask.map import StabilityMap
     from stripfold.ask.plan import FoldingPlan
-    from stripfold.base.quantities import MovingModel
-    from stripfold.base.validation import Input
+    from stripfold.base.validation import Input, MovingModel
     from stripfold.paths import FoldPath
 
     M = TypeVar("M", bound=Input)

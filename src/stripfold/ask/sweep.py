@@ -36,7 +36,7 @@ from stripfold.ask.prediction import ElasticaPrediction
 from stripfold.ask.select_model import solid_error
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import InvalidInputError, StripfoldError
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.base.validation import Input, Number, Whole, quantity, within
 from stripfold.base.version import running_commit, version
 from stripfold.files import schema, store

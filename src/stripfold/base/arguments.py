@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import wraps
 from inspect import signature
 from pathlib import Path
+from sys import float_info
 from typing import Any, ParamSpec, TypeVar
 
 from stripfold.base.errors import InvalidInputError
@@ -43,3 +44,16 @@ def file_name(key: str, given: Any) -> Path:
     if not isinstance(given, str | os.PathLike) or not str(given):
         raise InvalidInputError(key, given, "the name of a file, a text or a pathlib.Path")
     return Path(given)
+
+
+def number(key: str, value: Any, unit: str, limits: tuple[float, float] | None = None) -> float:
+    """``value`` as a finite float within ``limits``, or greater than 0; raises InvalidInputError."""
+    low, high = limits or (5e-324, float_info.max)
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = float("nan")
+    if not low <= found <= high:
+        allowed = f"from {low:g} to {high:g}" if limits else "greater than 0"
+        raise InvalidInputError(key, value, f"a finite number {allowed}{unit}")
+    return found

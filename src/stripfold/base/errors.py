@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copyreg
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from typing import Any
 
 MISSING = "(missing)"
@@ -164,3 +165,18 @@ class TrackingError(MeasurementError):
 
 class SynchronisationError(MeasurementError):
     """The video's clock and the robot's could not be brought together."""
+
+
+MODULES = {
+    "completion": ("shtab",),
+    "plot": ("jinja2", "matplotlib"),
+    "vision": ("av", "cv2", "jinja2", "matplotlib", "PIL", "skimage"),
+}
+"""Modules by the extra that installs them."""
+
+
+def require(extra: str) -> None:
+    """Raise MissingExtraError unless all modules of an extra are installed."""
+    missing = [module for module in MODULES[extra] if find_spec(module) is None]
+    if missing:
+        raise MissingExtraError(extra, missing)

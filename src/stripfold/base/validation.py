@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from math import inf
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
@@ -161,15 +161,16 @@ def read_yaml(
     import yaml
 
     path = Path(path)
+
+    def refuse(allowed: str, advice: str = "") -> None:
+        raise InvalidInputError(key, str(path), allowed, advice)
+
     try:
         if path.exists() and not path.is_file():  # a pipe would block
-            raise InvalidInputError(key, str(path), "a readable YAML file", "it is not a file")
+            refuse("a readable YAML file", "it is not a file")
         if path.stat().st_size > MOST_BYTES:
-            raise InvalidInputError(key, str(path), f"a file of at most {MOST_BYTES} bytes")
-        text = plain(path.read_text(encoding="utf-8"))
-        _check_plain(text, key, path)
-        _check_keys(yaml.compose(text, yaml.SafeLoader), key, path)
-        given = yaml.safe_load(text)
+            refuse(f"a file of at most {MOST_BYTES} bytes")
+        given = _plain_yaml(plain(path.read_text(encoding="utf-8")), refuse)
     except InvalidInputError:
         raise
     except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
@@ -192,38 +193,37 @@ def with_text_keys(value: Any) -> Any:
     return value
 
 
-def _check_plain(text: str, key: str, path: Path) -> None:
-    """Refuse what takes long to load: a few lines of aliases of aliases unfold to billions of entries."""
+def _plain_yaml(text: str, refuse: Callable[[str, str], None]) -> Any:
+    """Load a YAML text; ``refuse`` is called with what is allowed and advice.
+
+    A few lines of aliases of aliases unfold to billions of entries, a tag converts what may not be of that type, and of
+    a key that stands twice YAML takes the last without a word.
+    """
     import yaml
 
-    depth = 0
-    for event in yaml.parse(text, yaml.SafeLoader):
-        if isinstance(event, yaml.AliasEvent):
-            raise InvalidInputError(key, str(path), "a file without aliases (*name)", "write the entries out")
-        # A tag makes YAML convert what may not be of that type, and that ends in errors of any kind.
-        if (tag := getattr(event, "tag", None)) is not None:
-            raise InvalidInputError(key, str(path), f"a file without tags ({tag[:40]})", "leave the tag out")
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > DEEPEST:
-            raise InvalidInputError(key, str(path), f"entries at most {DEEPEST} levels deep")
+    class Plain(yaml.SafeLoader):
+        depth = 0
 
+        def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+            event = self.peek_event()  # type: ignore[no-untyped-call]
+            if isinstance(event, yaml.AliasEvent):
+                refuse("a file without aliases (*name)", "write the entries out")
+            if (tag := getattr(event, "tag", None)) is not None:
+                refuse(f"a file without tags ({tag[:40]})", "leave the tag out")
+            self.depth += isinstance(event, yaml.CollectionStartEvent)
+            if self.depth > DEEPEST:
+                refuse(f"entries at most {DEEPEST} levels deep", "")
+            node = super().compose_node(parent, index)
+            self.depth -= isinstance(node, yaml.CollectionNode)
+            lines: dict[str, int] = {}
+            for name, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+                line, known = name.start_mark.line + 1, str(name.value)
+                if known in lines:
+                    refuse("a file in which each key stands once", f"{known} is in lines {lines[known]} and {line}")
+                lines[known] = line
+            return node
 
-def _check_keys(node: yaml.Node | None, key: str, path: Path) -> None:
-    """Refuse a key that stands twice: YAML would take the last and not say so."""
-    import yaml
-
-    if isinstance(node, yaml.MappingNode):
-        lines: dict[str, int] = {}
-        for name, value in node.value:
-            line = name.start_mark.line + 1
-            if (known := str(name.value)) in lines:
-                advice = f"{known} is in lines {lines[known]} and {line}"
-                raise InvalidInputError(key, str(path), "a file in which each key stands once", advice)
-            lines[known] = line
-            _check_keys(value, key, path)
-    elif isinstance(node, yaml.SequenceNode):
-        for item in node.value:
-            _check_keys(item, key, path)
+    return yaml.load(text, Plain)
 
 
 def dotted(path: Iterable[str | int]) -> str:
@@ -332,3 +332,23 @@ def allowed(rules: Mapping[str, Any]) -> str:
     if rules.get("uniqueItems"):
         words += ", no two alike"
     return words + (f" ({rules['description']})" if "description" in rules else "")
+
+
+# Quantities of a strip that several input models have.
+ETA_B = (1e-1, 1e8)
+"""Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
+HEIGHT_STAR = (0.1, 60.0)
+"""Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
+
+MovingModel = Literal["solid", "rod"]
+
+Length = Annotated[Number, quantity("length of the strip", "m", ge=1e-6, le=1e6)]
+Height = Annotated[Number, quantity("height of the gripper", "m", ge=1e-6, le=1e6)]
+EtaB = Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", ge=ETA_B[0], le=ETA_B[1])]
+EtaM = Annotated[Number, quantity("weight-to-membrane-stiffness ratio", "m^-2 s^2", ge=1e-9, le=0.1)]
+Nu = Annotated[Number, quantity("Poisson's ratio", ge=0.0, le=0.49)]
+RhoA = Annotated[Number, quantity("areal density; scales forces only", "kg m^-2", ge=1e-4, le=1e3)]
+Gravity = Annotated[Number, quantity("gravitational acceleration", "m s^-2", ge=0.1, le=100.0)]
+Accuracy = Annotated[Number, quantity("requested relative accuracy of lambda_c", ge=1e-6, le=0.1)]
+Air = Annotated[Number, quantity("mass-proportional damping", "s^-1", ge=0.0, le=100.0)]
+Stiffness = Annotated[Number, quantity("stiffness-proportional damping", "s", ge=0.0, le=1.0)]

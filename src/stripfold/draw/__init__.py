@@ -1,5 +1,5 @@
 """Figures and films of results: arrays and datasets in, a matplotlib figure out; nothing is solved here."""
 
-from stripfold.base.extras import require
+from stripfold.base.errors import require
 
 require("plot")

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.percent import Percent
-from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
+from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW, Percent
+from stripfold.draw.collapse_curve import Followed, collapse
 from stripfold.draw.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
-from stripfold.draw.readers import Followed, collapse
 from stripfold.draw.style import CM, around, draw_held_end, equal_panels, styled
 from stripfold.files.store import atomic, literal
 

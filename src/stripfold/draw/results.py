@@ -1,14 +1,31 @@
-"""Figures of single results, for their ``plot()``: arrays in, a figure out."""
+"""Figures of single results and the stability map, for their ``plot()``: arrays in, a figure out."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from textwrap import fill
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.base.arrays import Array
-from stripfold.draw.colours import BLACK, CRITICAL, GREY, GRIPPER, PINK, SETTLED, SKY, STATIC, TOUCHING
+from stripfold.base.arrays import Array, Mask
+from stripfold.draw.colours import (
+    BLACK,
+    CRITICAL,
+    FRICTION,
+    GREY,
+    GRIPPER,
+    HANGING,
+    LYING,
+    PINK,
+    SETTLED,
+    SHADE,
+    SKY,
+    STATIC,
+    TOUCHING,
+)
 from stripfold.draw.style import CM, around, equal_panels, figure, legend_above, styled
 
 ETA_B_STYLES = ((SKY, "--"), (BLACK, "-"), (PINK, ":"))
@@ -65,3 +82,63 @@ def draw_along(waypoints: Array, distances: Array, names: Sequence[str], asked: 
     rotation.plot(t, angle, color=GRIPPER)
     rotation.set(ylabel="angle [degree]", xlabel="time [s]")
     return fig
+
+
+LEVELS = (0.1, 0.2, 0.3)
+"""Margins that are drawn, over the length of the strip."""
+CURVES: dict[str, tuple[str, dict[str, Any]]] = {
+    "snap": ("snap", {"color": TOUCHING, "lw": 1.8}),
+    "sag_touch": ("sag touches or comes off", {"color": LYING, "lw": 1.0, "ls": "--"}),
+    "lifted": ("hanging, all lifted", {"color": GREY, "lw": 1.0}),
+    "lifted_landed": ("landed, all lifted", {"color": GREY, "lw": 1.0, "ls": ":"}),
+}
+
+
+@styled
+def draw_stability(
+    curves: Mapping[str, Array],
+    grid: tuple[Array, Array],
+    margin: Array,
+    length: float,
+    friction: tuple[Array, Mask, str] | None = None,
+    path: Array | None = None,
+) -> Figure:
+    """Draw the boundaries and lines of equal margin, all in m.
+
+    ``curves``: those of :data:`CURVES`, shape (n, 2) each.  ``grid``, ``margin``: places x and z, and margins, shape
+    (z, x).  ``length``: of the strip.  ``friction``: ends of the advance with friction, whether the strip snaps there,
+    and for which history they are.  ``path``: places of the gripper on a path, shape (k, 2).
+    """
+    curves = {name: CM * curves[name] for name in CURVES}
+    shown = list(curves.values())
+    if path is not None:
+        # No path of a plan goes where a landed strip is lifted.
+        shown = [*(curve for name, curve in curves.items() if name != "lifted_landed"), CM * path]
+    fig, (ax,) = equal_panels([around(np.vstack(shown))], above=0.56)
+    ax.set(xlabel="gripper $x$ [cm]", ylabel="gripper $z$ [cm]")
+    levels = [CM * length * share for share in LEVELS]
+    draw_map(ax, curves, CM * grid[0], CM * grid[1], CM * margin, levels, "cm")
+    if friction is not None:
+        places, snaps, history = friction
+        places = CM * places
+        ax.plot(*places.T, "-o", color=FRICTION, lw=1.2, ms=3.0, zorder=4, label="with friction (open: sag touches)")
+        ax.plot(*places[~snaps].T, "o", color=FRICTION, mfc="white", ms=3.0, zorder=4)
+        ax.text(0.6, 0.07, fill(history, 30), transform=ax.transAxes, ha="center", fontsize=6.5)
+    if path is not None:
+        ax.plot(*(CM * path).T, color=GRIPPER, lw=1.6, label="gripper", zorder=5)
+    legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
+    return fig
+
+
+def draw_map(
+    ax: Axes, curves: Mapping[str, Array], x: Array, z: Array, margin: Array, levels: list[float], unit: str
+) -> None:
+    """Draw the curves of :data:`CURVES`, shape (n, 2) each, and lines of equal margin, shape (z, x), labelled."""
+    low = curves["sag_touch"][:, 1] <= curves["snap"][0, 1]
+    region = np.vstack([curves["lifted"], curves["snap"][::-1], curves["sag_touch"][low][::-1]])
+    ax.fill(*region.T, color=SHADE, lw=0.0, zorder=0)
+    for name, (label, style) in CURVES.items():
+        ax.plot(*curves[name].T, label=label, zorder=3, **style)
+    lines = ax.contour(x, z, margin, levels, colors=HANGING, linewidths=0.6)
+    ax.clabel(lines, fmt="%.2g", fontsize=6)
+    ax.plot([], [], color=HANGING, lw=0.6, label=f"distance from the snap [{unit}]")

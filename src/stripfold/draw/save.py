@@ -1,4 +1,4 @@
-"""Figures to files: PNG and SVG, the same bytes in every run."""
+"""Figures and pages to files: PNG and SVG, the same bytes in every run; HTML from templates."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import io
 import os
 import re
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
+from stripfold.base.version import running_commit, version
 from stripfold.draw.style import styled
 from stripfold.files.store import atomic
 
@@ -74,3 +76,12 @@ def _arrange(fig: Figure) -> None:
     for ax in fig.axes:
         left, bottom, width, height = (round(float(share), 6) for share in ax.get_position(original=True).bounds)
         ax.set_position((left, bottom, width, height))
+
+
+def html(template: str, **values: Any) -> str:
+    """The page of a template of the folder ``templates``, with its values, and the version and commit of the code."""
+    import jinja2
+
+    loader = jinja2.PackageLoader("stripfold")
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+    return environment.get_template(template).render(version=version(), commit=running_commit(), **values)

@@ -12,7 +12,6 @@ Examples
 (9.856908, True)
 """
 
-from stripfold.elastica._cantilever import cantilever
 from stripfold.elastica.barrier import BistableRange, bistable_range
 from stripfold.elastica.branch import state_at, state_at_advance, state_no_horizontal_force, x_axis_branch
 from stripfold.elastica.critical_point import (
@@ -23,9 +22,15 @@ from stripfold.elastica.critical_point import (
     friction_delay,
     touch_limit,
 )
-from stripfold.elastica.fold import FoldedLoop, eta_b_from_fold_height, folded_loop, half_fold_lying_length
-from stripfold.elastica.hanging_loop import eta_b_from_hanging_loop
 from stripfold.elastica.state import Profile, Sag, State
+from stripfold.elastica.textile import (
+    FoldedLoop,
+    cantilever,
+    eta_b_from_fold_height,
+    eta_b_from_hanging_loop,
+    folded_loop,
+    half_fold_lying_length,
+)
 
 __all__ = [
     "BistableRange",

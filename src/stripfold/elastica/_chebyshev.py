@@ -26,21 +26,10 @@ TAIL = 4
 class Grid:
     """A mapped Chebyshev grid of the second kind on [0, 1]; all arrays are read-only.
 
-    Parameters
-    ----------
-    nodes
-        Shape (n,): from 0 to 1, both included.
-    parameter
-        Shape (n,): of the nodes before the map.
-    integral
-        Shape (n, n): nodal values to those of the integral from 0; the last row is the quadrature rule.
-    slope, angle
-        Shape (n, n): second derivative to first derivative, and to the function that vanishes at 0 and whose slope
-        vanishes at 1.
-    to_coefficients
-        Shape (n, n): nodal values to Chebyshev coefficients.
-    barycentric
-        Shape (n,): weights of the barycentric formula.
+    ``nodes``, shape (n,): from 0 to 1; ``parameter``: of them, before the map.  Shape (n, n): ``integral``, nodal
+    values to those of the integral from 0, the last row is the quadrature rule; ``slope``, ``angle``, second derivative
+    to first derivative, and to the function that vanishes at 0 and whose slope vanishes at 1; ``to_coefficients``,
+    nodal values to Chebyshev coefficients.  ``barycentric``, shape (n,): weights of the barycentric formula.
     """
 
     nodes: Array

@@ -1,4 +1,4 @@
-"""The energy that a disturbance must exceed to make a hanging strip fall, at one gripper height.
+"""How stable a hanging strip is: the energy barrier against a fall at one height, and the smallest eigenvalue.
 
 Past the maximum of the advance the branch goes back: at an advance below lambda_c the strip has a stable and an
 unstable state.  The energy between them is the barrier.  Where the sag of the unstable state touches the lower layer
@@ -10,12 +10,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from math import inf, sqrt
 
+import numpy as np
+
 from stripfold.base.errors import InvalidInputError
-from stripfold.elastica._continuation import Point, at_height, between, march, point_at, to_event, until
-from stripfold.elastica._events import TOUCH, advance_gradient, at_advance, length_gradient, slope
+from stripfold.elastica._chebyshev import grid
+from stripfold.elastica._continuation import (
+    TOUCH,
+    Point,
+    advance_gradient,
+    at_advance,
+    at_height,
+    length_gradient,
+    located,
+    march,
+    point_at,
+    slope,
+    to_event,
+    until,
+)
 from stripfold.elastica._system import FORCE_X, evaluate
 from stripfold.elastica.critical_point import critical
 from stripfold.elastica.state import State
@@ -57,7 +71,8 @@ class BistableRange:
         if not self.landing.advance <= advance < self.critical.advance:
             allowed = f"from {self.landing.advance:.9g} to less than {self.critical.advance:.9g} L*"
             raise InvalidInputError("advance", advance, allowed)
-        stable, unstable = (self._on(side, advance) for side in self._sides)
+        family, event = at_height(self.z), at_advance(advance)
+        stable, unstable = (State._from(located(side, family, event, None).e) for side in self._sides)
         return stable, unstable
 
     def barrier(self, advance: float) -> float:
@@ -79,13 +94,6 @@ class BistableRange:
             for way in (-length_gradient(e), length_gradient(e))
         )
         return stable, unstable
-
-    def _on(self, side: list[Point], advance: float) -> State:
-        event = at_advance(advance)
-        before, after = next(
-            pair for pair in pairwise(side) if event.sign(pair[1].e, pair[1].tangent) <= 0.0 or pair[1] is side[-1]
-        )
-        return State._from(between(before, after, at_height(self.z), event).e)
 
 
 def bistable_range(z: float) -> BistableRange | None:
@@ -116,3 +124,33 @@ def barrier_coefficient(critical: State) -> float:
     _, gradient, along = slope(e, advance_gradient, length_gradient)
     # By the free length, in which both are smooth: the advance falls as its square and the force grows in proportion.
     return 4.0 * sqrt(2.0) / 3.0 * abs(float(along[FORCE_X])) / sqrt(-float(gradient() @ along))
+
+
+def smallest_eigenvalue(state: State) -> float:
+    """Smallest eigenvalue of a stable state, g/L*; nan for an unstable one.
+
+    Examples
+    --------
+    >>> from stripfold.elastica import state_at_advance
+    >>> round(smallest_eigenvalue(state_at_advance(3.0, 8.0)), 4)
+    0.5952
+    """
+    from scipy.linalg import LinAlgError, eigh
+
+    g = grid(state.s.size)
+    weights, integral = state.length * g.integral[-1], state.length * g.integral
+    cos, sin = np.cos(state.theta), np.sin(state.theta)
+    # Unknown is v' at the nodes, times the root of the weight: the stiffness is then near the identity.
+    angle = integral / np.sqrt(weights)
+    moved = [integral @ (part[:, None] * angle) for part in (-sin, cos)]
+    tension = weights * (state.force_x * cos + (state.force_0 + state.s) * sin)
+    stiffness = np.eye(weights.size) + angle.T @ (tension[:, None] * angle)
+    mass = sum(part.T @ (weights[:, None] * part) for part in moved)
+    held = np.linalg.qr(np.stack([part[-1] for part in moved], axis=1), mode="complete")[0][:, 2:]
+    last = weights.size - 3
+    try:
+        # The largest of the inverse problem: the mass is nearly singular.
+        found = eigh(held.T @ mass @ held, held.T @ stiffness @ held, eigvals_only=True, subset_by_index=(last, last))
+    except LinAlgError:
+        return float("nan")
+    return 1.0 / float(found[0])

@@ -13,16 +13,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stripfold.base.arguments import number
 from stripfold.base.arrays import Array
-from stripfold.elastica._checks import number
-from stripfold.elastica._continuation import Family, Point, march, point_at, to_event
-from stripfold.elastica._events import SNAP, TOUCH, Event, advance_gradient, at_length, length_gradient
+from stripfold.elastica._continuation import (
+    SNAP,
+    TOUCH,
+    Event,
+    Family,
+    Point,
+    advance_gradient,
+    at_length,
+    length_gradient,
+    march,
+    point_at,
+    to_event,
+)
 from stripfold.elastica._system import Condition, end_height, evaluate, height_of, no_lift_off_moment
 from stripfold.elastica.critical_point import touch_limit_state
-from stripfold.elastica.fold import folded_loop
-from stripfold.elastica.half_fold import states_drawn_taut, states_fixed_lift_off, states_no_horizontal_force
-from stripfold.elastica.point_contact import states_point_contact
+from stripfold.elastica.half_fold import (
+    states_drawn_taut,
+    states_fixed_lift_off,
+    states_no_horizontal_force,
+    states_point_contact,
+)
 from stripfold.elastica.state import State
+from stripfold.elastica.textile import folded_loop
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
@@ -144,7 +159,7 @@ def lift_boundary(length: float) -> tuple[Array, Array]:
 
 
 def _checked(length: float) -> float:
-    return number("length", length, *LENGTHS, ", in units of L*")
+    return number("length", length, ", in units of L*", LENGTHS)
 
 
 def _followed(condition: Condition, end: Event, way: float) -> list[Point]:

@@ -3,21 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain, pairwise
+from itertools import chain
 
 import numpy as np
 
+from stripfold.base.arguments import number
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.elastica._chebyshev import grid
-from stripfold.elastica._checks import height, positive
-from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
-from stripfold.elastica._events import LONGEST, SHORTEST, SNAP, at_advance, at_length
+from stripfold.elastica._continuation import (
+    LONGEST,
+    SHORTEST,
+    SNAP,
+    Point,
+    at_advance,
+    at_height,
+    at_length,
+    between,
+    located,
+    march,
+    point_at,
+    until,
+)
 from stripfold.elastica._system import FORCE_X, LENGTH, Evaluation, evaluate, fixed, gripper_at, solve
 from stripfold.elastica.state import State
 
+MIN_HEIGHT, MAX_HEIGHT = 0.1, 100.0  # tested range of gripper heights of a branch, in L*
 LIMIT_REACTION = 1.202702  # at lift-off, without horizontal force, for z -> infinity: a starting guess
 FIRST_STEP, MAX_STEP = 0.2, 0.5  # in arc length, along a branch that is searched for an event
+
+
+def checked_height(z: float, low: float = MIN_HEIGHT) -> float:
+    """Gripper height as a float; raises InvalidInputError."""
+    return number("z", z, ", in units of L*", (low, MAX_HEIGHT))
 
 
 def no_force_guess(z: float) -> Array:
@@ -53,7 +71,7 @@ def state_no_horizontal_force(z: float) -> State:
     >>> round(state.gripper[0], 6), round(state.reaction, 6)
     (2.036812, 1.202702)
     """
-    return State._from(_no_force(height(z, 1e-4)))
+    return State._from(_no_force(checked_height(z, 1e-4)))
 
 
 def points(z: float, max_step: float = MAX_STEP, way: float = 1.0) -> Iterator[Point]:
@@ -81,7 +99,7 @@ def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iter
     (0.0, True)
     """
     # The generator is separate, so that bad input raises here.
-    return _states(height(z), positive("past", past, ", in units of L*"), positive("max_step", max_step, ""))
+    return _states(checked_height(z), number("past", past, ", in units of L*"), number("max_step", max_step, ""))
 
 
 def _states(z: float, past: float, max_step: float) -> Iterator[State]:
@@ -109,8 +127,7 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
     >>> round(state_at(3.0, 7.133077).advance, 6)
     9.856908
     """
-    z = height(z)
-    length = positive("length", length, ", in units of L*")
+    z, length = checked_height(z), number("length", length, ", in units of L*")
     conditions = (*gripper_at(z), fixed(LENGTH, length))
     if guess is not None:
         y = guess._unknowns()
@@ -123,14 +140,10 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
     if shortest.e.length > length:
         allowed = f"at least {shortest.e.length:.9g} at z = {z:g}"
         raise InvalidInputError("length", length, allowed, "give a guess for a state before the minimum")
-    for start, end in pairwise(chain([shortest, after], branch)):
-        if LONGEST.sign(end.e, end.tangent) < 0.0:
-            end = between(start, end, family, LONGEST)
-            if end.e.length < length:
-                raise InvalidInputError("length", length, f"at most {end.e.length:.9g} at z = {z:g}")
-        if end.e.length >= length:
-            return State._from(between(start, end, family, at_length(length)).e)
-    raise AssertionError("march does not end without raising")
+    found = located(chain([shortest, after], branch), family, at_length(length), LONGEST)
+    if found.e.length < length * (1.0 - 1e-12):
+        raise InvalidInputError("length", length, f"at most {found.e.length:.9g} at z = {z:g}")
+    return State._from(found.e)
 
 
 def state_at_advance(z: float, advance: float) -> State:
@@ -144,18 +157,12 @@ def state_at_advance(z: float, advance: float) -> State:
     >>> round(state_at_advance(3.0, 8.0).length, 6)
     4.970935
     """
-    z = height(z)
-    advance = positive("advance", advance, ", in units of L*")
-    family, event = at_height(z), at_advance(advance)
+    z, advance = checked_height(z), number("advance", advance, ", in units of L*")
     branch = points(z)
     start = next(branch)
-    if event.sign(start.e, start.tangent) > 0.0:
-        raise InvalidInputError("advance", advance, f"at least {State._from(start.e).advance:.9g} at z = {z:g}")
-    for before, after in pairwise(chain([start], branch)):
-        if SNAP.sign(after.e, after.tangent) < 0.0:
-            after = between(before, after, family, SNAP)
-            if event.sign(after.e, after.tangent) < 0.0:
-                raise InvalidInputError("advance", advance, f"at most {State._from(after.e).advance:.9g} at z = {z:g}")
-        if event.sign(after.e, after.tangent) >= 0.0:
-            return State._from(between(before, after, family, event).e)
-    raise AssertionError("march does not end without raising")
+    if (least := State._from(start.e).advance) > advance:
+        raise InvalidInputError("advance", advance, f"at least {least:.9g} at z = {z:g}")
+    found = State._from(located(chain([start], branch), at_height(z), at_advance(advance), SNAP).e)
+    if found.advance < advance * (1.0 - 1e-12):
+        raise InvalidInputError("advance", advance, f"at most {found.advance:.9g} at z = {z:g}")
+    return found

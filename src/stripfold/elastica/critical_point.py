@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +22,35 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import ContinuationError
 from stripfold.elastica._chebyshev import grid
-from stripfold.elastica._checks import MAX_HEIGHT, MIN_HEIGHT, height
-from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH
-from stripfold.elastica._starts import START_OF_SNAPS, start
-from stripfold.elastica._system import gripper_at, no_lift_off_moment, solve
-from stripfold.elastica.branch import state_at
+from stripfold.elastica._continuation import SNAP, SNAP_AT_HEIGHT, TOUCH
+from stripfold.elastica._system import LENGTH, SCALARS, gripper_at, next_count, no_lift_off_moment, refine, solve
+from stripfold.elastica.branch import MAX_HEIGHT, MIN_HEIGHT, checked_height, state_at
 from stripfold.elastica.state import State
+
+TABLE = Path(__file__).with_name("starts.csv")
+"""Approximations of the critical and touching states, from which Newton starts; ``make starts`` computes them anew."""
+START_OF_SNAPS = 1.586
+"""Height up to which contact is expected to come first."""
+RANGES = (0.1, 1.7), (1.5, 100.0)
+"""Heights of the touching and of the critical states."""
+HEIGHTS, NODES = 14, 40
+"""Numbers of heights in each range, at Chebyshev nodes of the logarithm, and of nodes of each state."""
+SOLVED = 64
+"""Solved heights on either side of the touch limit: what is between them is within 1e-10 L*."""
+
+
+def start(z: float, snap: bool) -> Array:
+    """Approximate unknowns of the critical state at height ``z``, or of the touching one, with about enough nodes."""
+    low, high = np.log(RANGES[snap])
+    y = grid(HEIGHTS).interpolate(_table()[int(snap)], (np.log(z) - low) / (high - low))
+    y[:-SCALARS] *= y[LENGTH] ** 2
+    return refine(y, next_count(int(61.5 + 1.6 * z)))
+
+
+@lru_cache(maxsize=1)
+def _table() -> Array:
+    """d^2 theta / ds^2 at the nodes and the three scalars: of each range, height and unknown."""
+    return np.loadtxt(TABLE, delimiter=",").reshape(2, HEIGHTS, NODES + SCALARS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +89,7 @@ class CriticalPoint:
 def critical(z: float) -> CriticalPoint:
     """First maximum of the advance at gripper height ``z`` (0.1 to 100 L*), or contact of the sag if that comes first.
 
-    By Newton's method on the equilibrium and the event, from a stored approximation (:mod:`._starts`). At the maximum
+    By Newton's method on the equilibrium and the event, from a stored approximation (:data:`TABLE`). At the maximum
     the sag must be clear of the lower layer, at contact the advance must still grow.
 
     Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: the event was not found.
@@ -78,7 +102,7 @@ def critical(z: float) -> CriticalPoint:
     >>> critical(1.0).snap
     False
     """
-    z = height(z)
+    z = checked_height(z)
     expected = z > START_OF_SNAPS
     for snap in (expected, not expected):
         e = solve(start(z, snap), (*gripper_at(z), (SNAP if snap else TOUCH).condition))
@@ -107,11 +131,6 @@ def touch_limit_state() -> State:
     return State._from(solve(start(START_OF_SNAPS, True), (no_lift_off_moment, TOUCH.condition, SNAP.condition)))
 
 
-NODES = 64
-"""Solved heights on either side of the touch limit: what is between them is within 1e-10 L*, half of them would do for
-1e-8 L*."""
-
-
 class EndOfAdvance(NamedTuple):
     """A snap or, without one, the first touch of the sag; lambda and the length of the free part then, L*."""
 
@@ -131,10 +150,10 @@ def end_of_advance(z: float) -> EndOfAdvance:
     >>> end.snap, round(end.advance, 9) == round(critical(3.0).advance, 9)
     (True, True)
     """
-    z = height(z)
+    z = checked_height(z)
     snap = z > touch_limit()
     low, high = _range(snap)
-    advance, length = grid(NODES).interpolate(_solved(snap), np.log(z / low) / np.log(high / low))
+    advance, length = grid(SOLVED).interpolate(_solved(snap), np.log(z / low) / np.log(high / low))
     return EndOfAdvance(snap, float(advance), float(length))
 
 
@@ -146,7 +165,7 @@ def _range(snap: bool) -> tuple[float, float]:
 def _solved(snap: bool) -> Array:
     """Advance and length at the nodes of the height's logarithm, shape (n, 2)."""
     low, high = _range(snap)
-    inner = [critical(float(z)).state for z in low * (high / low) ** grid(NODES).nodes[1:-1]]
+    inner = [critical(float(z)).state for z in low * (high / low) ** grid(SOLVED).nodes[1:-1]]
     limit, other = touch_limit_state(), critical(high if snap else low).state
     states = [limit, *inner, other] if snap else [other, *inner, limit]
     return np.array([(state.advance, state.length) for state in states])

@@ -17,8 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from stripfold.base.arrays import Array
 from stripfold.elastica._chebyshev import grid, resample
-from stripfold.elastica._continuation import Point
-from stripfold.elastica._events import SNAP
+from stripfold.elastica._continuation import SNAP, Point
 from stripfold.elastica._system import (
     LENGTH,
     Evaluation,

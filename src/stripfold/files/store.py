@@ -48,23 +48,9 @@ PROVENANCE = ("title", "stripfold_version", "git_commit", "packages", "config")
 def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path to write to; it takes the place of ``path`` when the block ends well.
 
-    When the block raises, or is interrupted, ``path`` is left as it was and the temporary file removed; an ``OSError``
-    names ``path``.
-
-    Parameters
-    ----------
-    path
-        Where the file shall be.  Missing folders are made.
-
-    Yields
-    ------
-    Path
-        A path with the same name and suffix, in a hidden folder on the same file system.
-
-    Examples
-    --------
-    >>> with atomic("out/figure.png") as temporary:  # doctest: +SKIP
-    ...     figure.savefig(temporary)
+    Missing folders are made.  When the block raises, or is interrupted, ``path`` is left as it was and the temporary
+    file removed; an ``OSError`` names ``path``.  The temporary path has the same name and suffix, in a hidden folder on
+    the same file system.
     """
     path = file_name("file", path)
     path.parent.mkdir(parents=True, exist_ok=True)

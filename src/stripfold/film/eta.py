@@ -19,10 +19,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Picture
-from stripfold.base.errors import InvalidInputError, TrackingError
-from stripfold.base.extras import require
+from stripfold.base.errors import InvalidInputError, TrackingError, require
 from stripfold.base.material import GRAVITY, Material
-from stripfold.base.quantities import ETA_B
+from stripfold.base.validation import ETA_B
 from stripfold.files import schema
 from stripfold.files.reporting import Result, Rows, metres
 from stripfold.film.fitted import TILT_ERROR

@@ -14,8 +14,7 @@ from pydantic import Field, model_validator
 from stripfold.base.arrays import Array
 from stripfold.base.errors import MISSING, InvalidInputError, MeasurementError
 from stripfold.base.material import Material
-from stripfold.base.quantities import HEIGHT_STAR, EtaB
-from stripfold.base.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
+from stripfold.base.validation import HEIGHT_STAR, EtaB, Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 from stripfold.film.boards import Board, Dictionary
 from stripfold.film.clock import RobotLog, read_log
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from stripfold.base.arrays import Array, Index, Picture
 from stripfold.base.errors import MeasurementError
-from stripfold.draw import page
+from stripfold.draw import save
 from stripfold.draw.colours import BLACK, BLUE, GREY, RED
 from stripfold.draw.style import MILLI, figure, styled
 from stripfold.film import calibration, snap
@@ -85,7 +85,7 @@ def html(found: RecordingMeasurement) -> str:
     """The page of a measurement."""
     from stripfold.draw.save import as_svg
 
-    return page.html(
+    return save.html(
         "report.html",
         title=found.recording.entries.title,
         synthetic=found.recording.entries.synthetic,

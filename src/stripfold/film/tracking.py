@@ -14,7 +14,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import MeasurementError, TrackingError
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.film import camera_motion, video
 from stripfold.film.calibration import Calibration
 from stripfold.film.camera import Mapping

@@ -14,7 +14,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError, TimeStepError
-from stripfold.base.phases import FALL
+from stripfold.base.progress import FALL
 from stripfold.follow.contact import lies_apart, lift_off
 from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned
 from stripfold.follow.contact_events import longest_free

@@ -21,7 +21,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
     STEPS,

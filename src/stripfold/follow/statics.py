@@ -18,8 +18,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
-from stripfold.base.percent import Percent
-from stripfold.base.phases import BEFORE
+from stripfold.base.progress import BEFORE, Percent
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import STEPS, UNHELD, BranchCrossing, BranchPoint, Planned, solved, transferred
 from stripfold.follow.contact_events import LIFTED, lift_off_of_all, touch, zero

@@ -16,8 +16,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
-from stripfold.base.percent import Percent
-from stripfold.base.phases import SLOW
+from stripfold.base.progress import SLOW, Percent
 from stripfold.follow.contact import touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON

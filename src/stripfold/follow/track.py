@@ -18,7 +18,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
-from stripfold.base.phases import AFTER, BEFORE, FALL, SLOW
+from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
 from stripfold.follow.contact import lies_apart, lift_off, touch_position, touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_events import TOUCH_TOLERANCE

@@ -1,4 +1,4 @@
-"""Polygons on a grey picture: each pixel by the exact share that they cover; see :mod:`stripfold.synthetic.canvas`."""
+"""Polygons on a grey picture: each pixel by the exact share that they cover; see :mod:`stripfold.synthetic.view`."""
 
 from __future__ import annotations
 

@@ -39,12 +39,8 @@ class Piece(ABC):
     def rate(self, s: float) -> Array:
         """Its derivative, of about unit length."""
 
-    def scaled(self, factor: float) -> Self:
-        """The same piece with all lengths multiplied."""
-        raise NotImplementedError
-
-    def shifted(self, x: float) -> Self:
-        """The same piece elsewhere on the floor."""
+    def moved(self, factor: float, x: float) -> Self:
+        """The same piece with all lengths multiplied, then shifted along the floor."""
         raise NotImplementedError
 
 
@@ -86,12 +82,9 @@ class Interpolated(ByValue, Piece):
             return np.asarray(self._spline[1](s))
         return np.asarray((self.points[1] - self.points[0]) / (self.travelled[1] - self.travelled[0]))
 
-    def scaled(self, factor: float) -> Self:
-        start, end = factor * self.start, factor * self.end
-        return replace(self, start=start, end=end, points=factor * self.points, travelled=factor * self.travelled)
-
-    def shifted(self, x: float) -> Self:
-        return replace(self, points=self.points + np.array([x, 0.0]))
+    def moved(self, factor: float, x: float) -> Self:
+        start, end, points = factor * self.start, factor * self.end, factor * self.points + np.array([x, 0.0])
+        return replace(self, start=start, end=end, points=points, travelled=factor * self.travelled)
 
 
 def pieces_through(parts: Iterable[tuple[str, Array]]) -> tuple[Interpolated, ...]:
@@ -154,14 +147,10 @@ class GripperPath(ByValue):
     def _piece(self, s: float) -> Piece:
         return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1])
 
-    def scaled(self, factor: float) -> GripperPath:
-        """The same path with all lengths multiplied: of a path in metres, that in L*."""
+    def scaled(self, factor: float, x: float = 0.0) -> GripperPath:
+        """The same path with all lengths multiplied, as from L* to metres, then shifted by ``x`` along the floor."""
         stamps = None if self.stamps is None else (factor * self.stamps[0], *self.stamps[1:])
-        return replace(self, pieces=tuple(piece.scaled(factor) for piece in self.pieces), stamps=stamps)
-
-    def shifted(self, x: float) -> GripperPath:
-        """The same path elsewhere on the floor."""
-        return replace(self, pieces=tuple(piece.shifted(x) for piece in self.pieces))
+        return replace(self, pieces=tuple(piece.moved(factor, x) for piece in self.pieces), stamps=stamps)
 
     def sampled(self, spacing: float) -> tuple[Array, Array]:
         """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.

@@ -11,7 +11,7 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array, ByValue
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.validation import Input, Number, quantity
-from stripfold.paths import geometric, low_path, rpath, table
+from stripfold.paths import geometric, rpath, table
 from stripfold.paths.curve import GripperPath
 
 if TYPE_CHECKING:
@@ -152,18 +152,17 @@ def low(strip: AnyStrip, height: float, fold_at: float | None = None) -> FoldPat
         As :func:`r_path`, or a height less than 0.1 L* or more than a quarter of the length.
     """
     folded, asked = _folded(strip, fold_at), PlannedPath(height=height).height
-    lowest, highest = low_path.LOWEST * strip.gravity_length, low_path.HIGHEST * folded
+    lowest, highest = geometric.LOWEST * strip.gravity_length, geometric.HIGHEST * folded
     if asked is None or not lowest <= asked <= highest:
         advice = f"the path is stable below {1.586 * strip.gravity_length:.4g} m"
         raise InvalidInputError("height", height, f"from {lowest:.4g} to {highest:.4g} m", advice)
-    return _planned(strip, "low", lambda length: low_path.low(length, height / strip.gravity_length), fold_at)
+    return _planned(strip, "low", lambda length: geometric.low(length, height / strip.gravity_length), fold_at)
 
 
 def lifted_triangular(strip: AnyStrip, height: float) -> FoldPath:
-    """The triangular path with a start that does not push: :func:`.low_path.lifted_triangular`; the height in m."""
-    return _planned(
-        strip, "triangular", lambda length: low_path.lifted_triangular(length, height / strip.gravity_length), None
-    )
+    """The triangular path with a start that does not push: :func:`.geometric.lifted_triangular`; the height in m."""
+    star = height / strip.gravity_length
+    return _planned(strip, "triangular", lambda length: geometric.lifted_triangular(length, star), None)
 
 
 PLANS: dict[str, Callable[[AnyStrip, float | None], FoldPath]] = {
@@ -241,14 +240,10 @@ def _folded(strip: AnyStrip, fold_at: float | None) -> float:
 def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath], fold_at: float | None) -> FoldPath:
     folded, unit = _folded(strip, fold_at), strip.gravity_length
     try:
-        curve = plan(folded / unit).scaled(unit)
+        curve = plan(folded / unit).scaled(unit, (folded - strip.length) / 2.0)
     except InvalidInputError as error:
-        shortest, longest = rpath.shortest_half_fold() * unit, rpath.LONGEST * unit
-        if fold_at is not None:
-            allowed = f"more than {shortest / 2.0:.4g} m and at most {longest / 2.0:.4g} m"
-            raise InvalidInputError("fold_at", fold_at, allowed, error.advice) from error
+        key, value, share = ("length", strip.length, 1.0) if fold_at is None else ("fold_at", fold_at, 0.5)
+        shortest, longest = share * rpath.shortest_half_fold() * unit, share * rpath.LONGEST * unit
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
-        raise InvalidInputError("length", strip.length, allowed, error.advice) from error
-    if fold_at is not None:
-        curve = curve.shifted((folded - strip.length) / 2.0)
+        raise InvalidInputError(key, value, allowed, error.advice) from error
     return FoldPath(name, strip.length, unit, curve, fold_at)

@@ -16,8 +16,7 @@ import numpy as np
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizontal_force
-from stripfold.elastica.point_contact import states_point_contact
+from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizontal_force, states_point_contact
 from stripfold.elastica.state import State
 from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 

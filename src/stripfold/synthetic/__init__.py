@@ -3,6 +3,6 @@
 They test the measurement of lambda.  Title, files and every picture of a recording say that it is synthetic.
 """
 
-from stripfold.base.extras import require
+from stripfold.base.errors import require
 
 require("vision")

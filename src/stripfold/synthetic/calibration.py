@@ -26,6 +26,8 @@ PAPER, INK = 0.935, 0.055
 _POSES = np.array([[0.0, 15.0, -20.0, 0.8, 0.8], [2.0 * np.pi, 38.0, 20.0, 1.0, 1.2]])
 """Range of poses: direction of the tilt, rad; tilt and turn, degrees; shares of the reach and of the distance."""
 _TRIES = 200
+STOP_NOISE = 5e-5
+"""Standard deviation of a place that the robot reports at a stop, m."""
 _MARGIN = 0.6
 """White around the squares, in squares."""
 
@@ -138,9 +140,7 @@ class Calibration:
         for i, pose in enumerate(poses, 1):
             _write(folder / "camera" / f"board-{i:02d}.png", self.picture(pose))
         _write(folder / "plane.png", self.picture(plane))
-        reported = stops * [scene.gripper.direction, 1.0] + scene.filming.stop_noise * self._rng.standard_normal(
-            stops.shape
-        )
+        reported = stops * [scene.gripper.direction, 1.0] + STOP_NOISE * self._rng.standard_normal(stops.shape)
         lines = ["image,x,z"]
         for i, (place, (x, z)) in enumerate(zip(stops, reported, strict=True), 1):
             name = f"stops/stop-{i}.png"

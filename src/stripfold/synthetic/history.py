@@ -18,25 +18,18 @@ STATIONS = 100
 class History:
     """The states of a strip over time, :data:`RATE` per second.
 
-    Attributes
-    ----------
-    t
-        Shape (m,): s, ascending from 0.
-    gripper
-        Shape (m, 2): x and z of the gripped end in the robot frame, m.
-    curve
-        Shape (m, :data:`STATIONS`, 2): material points of the mid-surface from the gripped end to the held end, m.
-    lambda_c, onset, touch
-        The static lambda_c, m; when the gripper passes it, and when the raised part meets the lying one, s.  None where
-        there is no snap.
+    ``t``, shape (m,): s, ascending from 0.  ``gripper``, shape (m, 2): x and z of the gripped end, robot frame, m.
+    ``curve``, shape (m, :data:`STATIONS`, 2): material points of the mid-surface from the gripped end to the held end,
+    m.  ``lambda_c``, ``onset``, ``touch``: the static lambda_c, m; when the gripper passes it, and when the raised part
+    meets the lying one, s.
     """
 
     t: Array
     gripper: Array
     curve: Array
-    lambda_c: float | None
-    onset: float | None
-    touch: float | None
+    lambda_c: float
+    onset: float
+    touch: float
 
     def at(self, t: Array) -> tuple[Array, Array]:
         """Curves, shape (k, n, 2), and grippers, shape (k, 2), at times of shape (k,), limited to those stored."""
@@ -53,14 +46,12 @@ class History:
         curve, _ = self.at(np.array([start, end]))
         return float(np.linalg.norm(curve[1] - curve[0], axis=1).max())
 
-    def events(self) -> dict[str, float | None]:
+    def events(self) -> dict[str, float]:
         """Times of the snap, s: ``onset``, ``touch``, ``fastest``, and ``fall``, the start of its fast part.
 
         The speed is that of the fastest material point less the gripper's, up to the touch; the fall begins at a
         quarter of its maximum.
         """
-        if self.touch is None:
-            return dict.fromkeys(("onset", "fall", "fastest", "touch"))
         speeds = np.linalg.norm(np.gradient(self.curve, self.t, axis=0), axis=2)
         speed = (speeds.max(axis=1) - speeds[:, 0])[self.t <= self.touch]
         top = int(np.argmax(speed))

@@ -14,15 +14,17 @@ import yaml
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.percent import Percent
+from stripfold.base.progress import Percent
 from stripfold.files import schema, store
 from stripfold.film.recording import Entries
 from stripfold.synthetic.calibration import Calibration, board_of
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Scene
-from stripfold.synthetic.sensor import Sensor
-from stripfold.synthetic.video import encode, tick, timeline
+from stripfold.synthetic.sensor import Sensor, encode, tick, timeline
+
+LOG_NOISE = 2e-5
+"""Standard deviation of a place in the robot's log, m."""
 
 
 def history_of(scene: Scene) -> History:
@@ -99,7 +101,7 @@ def write_recording(
             "lambda_c": history.lambda_c,
             "speed": scene.speed,
             "events": {
-                name: {"t": t, "lambda": None if t is None else float(np.interp(t, truth["time"], truth["advance"]))}
+                name: {"t": t, "lambda": float(np.interp(t, truth["time"], truth["advance"]))}
                 for name, t in events.items()
             },
             "camera": {
@@ -157,7 +159,7 @@ def robot_log(history: History, scene: Scene, rng: np.random.Generator) -> Array
     t = np.arange(-0.5 + rng.uniform(0.0, 1.0 / filming.log_rate), history.t[-1] + 0.5, 1.0 / filming.log_rate)
     places = np.column_stack([np.interp(t, history.t, history.gripper[:, i]) for i in range(2)])
     places[:, 0] *= scene.gripper.direction
-    return np.column_stack([t + filming.log_offset, places + filming.log_noise * rng.standard_normal(places.shape)])
+    return np.column_stack([t + filming.log_offset, places + LOG_NOISE * rng.standard_normal(places.shape)])
 
 
 def _truth(history: History, scene: Scene) -> xr.Dataset:

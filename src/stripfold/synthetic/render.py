@@ -13,9 +13,8 @@ from scipy.interpolate import CubicSpline
 
 from stripfold.base.arrays import Array
 from stripfold.film.boards import dictionary
-from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.scene import Scene
-from stripfold.synthetic.view import Light, Rays, View
+from stripfold.synthetic.view import Canvas, Light, Rays, View
 
 FRONT, BACK = -0.05, 0.4
 """Front edge of the table and the wall behind it: distances from the folding plane, m."""

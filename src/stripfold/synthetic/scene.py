@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
 
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
-from stripfold.base.quantities import Air, MovingModel, Stiffness
-from stripfold.base.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, value_meant, within
+from stripfold.base.validation import (
+    Air,
+    Flag,
+    Input,
+    MovingModel,
+    Number,
+    Stiffness,
+    Text,
+    Whole,
+    quantity,
+    read_yaml,
+    value_meant,
+    within,
+)
 
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
 MAX_PIXELS = 4096 * 2160
@@ -24,7 +35,6 @@ Pixels = Annotated[Whole, quantity("pixels", ge=64, le=4096)]
 Angle = Annotated[Number, quantity("angle", "degrees", ge=-30.0, le=30.0)]
 Lens = Annotated[Number, quantity("coefficient of the lens", ge=-0.5, le=0.5)]
 Noise = Annotated[Number, quantity("standard deviation", "grey values", ge=0.0, le=50.0)]
-PlaceNoise = Annotated[Number, quantity("standard deviation of a place", "m", ge=0.0, le=1e-2)]
 Duration = Annotated[Number, quantity("duration", "s", ge=0.0, le=0.1)]
 
 
@@ -107,9 +117,6 @@ class Filming(Input):
     """Whether the times are in timestamps.csv; those of the container then have a constant rate."""
     log_rate: Annotated[Number, quantity("rows of the robot's log per second", "s^-1", ge=5.0, le=1000.0)] = 100.0
     log_offset: Annotated[Number, quantity("robot's clock at time 0 of the video", "s", ge=-1e4, le=1e4)] = 0.0
-    log_noise: PlaceNoise = 2e-5
-    stop_noise: PlaceNoise = 5e-5
-    """Of the calibration of the robot."""
     board: Literal["chessboard", "charuco"] = "chessboard"
     views: Annotated[Whole, quantity("pictures of the board for the intrinsics", ge=4, le=40)] = 10
 
@@ -132,16 +139,11 @@ class ShapesMotion(Input):
 
     law: Literal["parabolic", "cubic", "power", "two_modes"] = "parabolic"
     before: Annotated[Number, quantity("start of the film before lambda_c", "m", ge=1e-3, le=1.0)] = 0.02
-    short: Annotated[Number, quantity("stop before lambda_c; 0 to go on past it", "m", ge=0.0, le=1.0)] = 0.0
-    after: Annotated[Number, quantity("length of the film after the touch or the stop", "s", ge=0.2, le=20.0)] = 1.0
+    after: Annotated[Number, quantity("length of the film after the touch", "s", ge=0.2, le=20.0)] = 1.0
     inertia: Annotated[Number, quantity("T_i of the law", "s", ge=0.0, le=1.0)] = 0.07
     drag: Annotated[Number, quantity("T_d of the law", "s", ge=1e-3, le=5.0)] = 0.05
-    amplitude: Annotated[Number, quantity("distance from critical one L* before it", ge=0.1, le=3.0)] = 0.6
     cubic: Annotated[Number, quantity("factor of the cubic law", ge=0.01, le=1.0)] = 0.3
     exponent: Annotated[Number, quantity("exponent of the power law", ge=0.3, le=0.8)] = 0.5
-    drift: Annotated[Number, quantity("rise of the sag before lambda_c in addition to the law's", ge=0.0, le=2.0)] = (
-        0.15
-    )
 
 
 class DynamicsMotion(Input):
@@ -190,17 +192,6 @@ class Scene(Input):
     def flat_end(self) -> float:
         """x of the gripped end of the flat strip, m: the origin is mid-strip."""
         return -self.length / 2.0
-
-    @model_validator(mode="before")
-    @classmethod
-    def _refuse_former_places(cls, given: Any) -> Any:
-        for part, keys in (("strip", ("length", "eta_b")), ("gripper", ("height", "speed"))):
-            inside = given.get(part)
-            for key in keys:
-                if isinstance(inside, Mapping) and key in inside:
-                    allowed = f"{key} beside {part}, not in it"
-                    raise InvalidInputError(f"{part}.{key}", inside[key], allowed, f"write {key}: {inside[key]}")
-        return given
 
     @model_validator(mode="before")
     @classmethod

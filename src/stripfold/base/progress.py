@@ -1,4 +1,4 @@
-"""Progress in per cent."""
+"""Progress: phases of a strip that is followed, and shares done in per cent."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from math import floor
 from typing import TypeVar
 
 T = TypeVar("T")
+
+BEFORE, FALL, AFTER = PHASES = "before", "fall", "after"
+"""Phases of a strip that is followed, as in a collapse's dataset: statics, a fall, statics from rest on."""
+SLOW = "slow"
+"""The phase of a strip that is followed in time, with a slow gripper."""
 
 
 class Percent:
