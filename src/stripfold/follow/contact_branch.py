@@ -42,6 +42,11 @@ STEPS = StepOptions(
     first=0.05, largest=0.7, max_correction=0.5, max_attempts=300, newton=newton.NewtonOptions(max_iterations=8)
 )
 """A step that needs more iterations is halved: where there is no state it would not end."""
+LOW = 1e-3
+"""Height, L*, below which a gripper beside a layer that lies is on the floor: there the part between them, a beam of
+length (24 z)^(1/4), shrinks without bound."""
+NEAR_FLOOR = 1e-2
+"""Arc length to which the landing of a gripper is located: almost all of it is change of that part."""
 UNHELD = Event("change of the contact that leaves the strip unstable", critical.is_past)
 """The critical point where a contact ends without which the strip is unstable."""
 
@@ -187,6 +192,11 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
         changes[released] = partial(_changed_to, number=i, parts=(False,))
         flattened = zero("flattening of the sag", partial(_curvature, problem, i))
         changes[flattened] = partial(_changed_to, number=i, parts=(False, True, False))
+    height = partial(_height_over_low, problem)
+    if topology[0]:
+        changes[zero("take-off of the gripper", lambda point: -height(point), NEAR_FLOOR)] = _taken_off
+    elif topology[1] and len(topology) > 2:
+        changes[zero("landing of the gripper", height, NEAR_FLOOR)] = _landed
     for i in range(1, len(topology) - 1):
         if topology[i]:
             ends = zero("end of the interval of contact", partial(_length, problem, i))
@@ -209,6 +219,22 @@ def _curvature(problem: MovingContact, number: int, point: Point) -> float:
 def _length(problem: MovingContact, part: int, point: Point) -> float:
     """Length of a lying part over the least that one has."""
     return float(problem.mesh.parts(problem.contact(point.q))[part]) - 0.5 * FIRST_INTERVAL
+
+
+def _height_over_low(problem: MovingContact, point: Point) -> float:
+    return float(problem.motion.values(point.lam)[:2][-1]) - LOW
+
+
+def _landed(at: BranchPoint) -> BranchPoint:
+    """The upper layer lies up to the gripper."""
+    return transferred(at, at.contact[1:], at.topology[1:], (np.zeros(len(at.contact) - 1), 1.0))
+
+
+def _taken_off(at: BranchPoint) -> BranchPoint:
+    """The upper layer lies from some way beside the gripper on."""
+    beside = min((24.0 * LOW) ** 0.25, 0.5 * float(at.contact[0]))
+    contact = np.append(beside, at.contact)
+    return transferred(at, contact, (False, *at.topology), (np.zeros(len(contact)), 1.0))
 
 
 def _touched(at: BranchPoint) -> BranchPoint:
