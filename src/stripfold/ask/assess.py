@@ -73,8 +73,9 @@ class PathAssessment(Result):
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the last ``row`` before it of a path from a
         file, the ``angle`` with the stability boundary in degrees, and how large the event is: ``drop``, the largest
         height that a point of the strip loses until it is at rest with the gripper at the same place, m, the ``energy``
-        freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome`` says in words what the strip did; ``change`` is by how much
-        farther along the path it lies on another mesh, m; nan where that mesh has none.
+        freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome`` says in
+        words what the strip did; ``change`` is by how much farther along the path it lies on another mesh, m; nan where
+        that mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0, for a half fold.

@@ -200,8 +200,9 @@ def size_of_fall(before: StripState, fall: Sequence[StripState]) -> tuple[float,
     """The largest height that a point of the strip loses in a fall, L*, and the energy that it frees, rho_a g L*^2.
 
     From the critical state ``before`` to the state at rest with the gripper at the same place, not past it, where the
-    motion ended.  The energy is by the motion's mesh, on which the error of both states is the same.  Raises SolveError:
-    there is no such state at rest.
+    motion ended.  The energy is by the motion's mesh, on which the error of both states is the same.
+
+    Raises SolveError: there is no such state at rest.
     """
     (critical, point), (problem, first), (_, last) = before, fall[0], fall[-1]
     rest = state_at_rest(problem, last).point
