@@ -29,7 +29,7 @@ from stripfold.follow.track import End, StripState, Track, mid_surfaces, node_we
 from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
-from stripfold.strip.effects import LayerFriction
+from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.self_contact import SelfContact
 
 if TYPE_CHECKING:

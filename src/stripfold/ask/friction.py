@@ -29,7 +29,7 @@ from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_f
 from stripfold.follow.statics import StripModel, from_flat
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE
 from stripfold.strip.problem import AlongPath, Motion
 
 PlannedStrip = tuple[Material, float, GripperPath]

@@ -28,7 +28,7 @@ from stripfold.solve.drive import Drive, Moving, Nudge
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, Scheme
-from stripfold.strip.effects import LayerFriction
+from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.problem import StripProblem
 from stripfold.strip.self_contact import SelfContact
 

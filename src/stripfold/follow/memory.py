@@ -49,8 +49,7 @@ from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
 from stripfold.strip.contact_mesh import INTERVAL
-from stripfold.strip.effects import Effect, Hysteresis, Pull
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE, Effect, Hysteresis, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Motion

@@ -17,7 +17,7 @@ from stripfold.solve.linear import Band, BandPattern
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
-    from stripfold.strip.effect import Directors
+    from stripfold.strip.effects import Directors
 
 NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
 """Predicted stresses and growths of elements where there are none."""

@@ -21,7 +21,7 @@ from stripfold.base.errors import NewtonError
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 from stripfold.strip.contact_mesh import ContactMesh
-from stripfold.strip.effect import Effect
+from stripfold.strip.effects import Effect
 from stripfold.strip.model import Model
 from stripfold.strip.problem import Motion, StripProblem, TwoGrippers
 

@@ -20,7 +20,7 @@ from skfem.helpers import ddot, det, dot, eye, grad, inv, trace, transpose
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.strip.effect import Directors
+from stripfold.strip.effects import Directors
 from stripfold.strip.model import NO_GROWTH, NONE
 from stripfold.strip.solid import Solid, ends_of, gauss, numbering
 

@@ -24,7 +24,7 @@ from stripfold import kernels
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.strip.effect import Directors
+from stripfold.strip.effects import Directors
 from stripfold.strip.model import Model
 
 if TYPE_CHECKING:
