@@ -14,8 +14,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.base.errors import SolveError
-from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, from_elastica
-from stripfold.follow.contact_events import clearance, longest_free
+from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, clearance, from_elastica, longest_free
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, static_track, to_the_end
 from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.solve import critical

@@ -16,8 +16,7 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import NewtonError, SolveError
 from stripfold.follow.contact import lying_parts, touches
-from stripfold.follow.contact_branch import BranchPoint, transferred
-from stripfold.follow.contact_events import curvature, reaction
+from stripfold.follow.contact_branch import BranchPoint, curvature, reaction, transferred
 from stripfold.solve import continuation, newton
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point, Tangent

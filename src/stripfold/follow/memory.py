@@ -24,6 +24,7 @@ from stripfold.base.errors import ContinuationError, InvalidInputError, LostStab
 from stripfold.base.percent import Percent
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
+    LIFTED,
     STEPS,
     UNHELD,
     BranchCrossing,
@@ -32,9 +33,10 @@ from stripfold.follow.contact_branch import (
     contact_changes,
     follow,
     is_unheld,
+    lift_off_of_all,
     transferred,
+    zero,
 )
-from stripfold.follow.contact_events import LIFTED, lift_off_of_all, zero
 from stripfold.follow.statics import (
     FIRST,
     LAMBDA_TOLERANCE,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal, NamedTuple
 
@@ -20,16 +20,19 @@ from stripfold.base.percent import Percent
 from stripfold.base.phases import BEFORE
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
+    LIFTED,
     LOW,
     STEPS,
     UNHELD,
     BranchCrossing,
     BranchPoint,
     Planned,
+    lift_off_of_all,
     solved,
+    touch,
     transferred,
+    zero,
 )
-from stripfold.follow.contact_events import LIFTED, lift_off_of_all, touch, zero
 from stripfold.follow.track import CriticalEvent, End, StripState, Track
 from stripfold.paths.curve import GripperPath
 from stripfold.solve import continuation, critical
@@ -290,67 +293,37 @@ def follow(
     when a state or the branch cannot be computed.
     """
     at = first or from_flat(mesh, path, length)
-    follower = _Follower(path, length, until, options, at, piece, Percent(progress, "following the path"))
-    while follower.end is None:
-        follower.advance()
-    events, end = tuple(follower.events), follower.end
-    return static_track(follower.points, end, follower.pieces, events=events)
-
-
-@dataclass
-class _Follower:
-    """The states so far, and the one to go on from."""
-
-    path: GripperPath
-    length: float
-    until: Until
-    options: StepOptions
-    at: BranchPoint
-    piece: int
-    followed: Percent
-    points: list[BranchPoint] = field(default_factory=list)
-    pieces: list[int] = field(default_factory=list)
-    events: list[CriticalEvent] = field(default_factory=list)
-    end: End | None = None
-
-    def __post_init__(self) -> None:
-        self.add(self.at)
-
-    def add(self, *points: BranchPoint) -> None:
-        self.points += points
-        self.pieces += [self.piece] * len(points)
-        self.at = self.points[-1]
-        self.followed(self.at.lam / self.path.length)
-
-    def advance(self) -> None:
-        """Follow the strip to the end of the piece or another end."""
-        if self.at.lam < (end := self.path.pieces[self.piece].end):
-            self.follow_leg(end)
-        if self.end is None and self.piece + 1 < len(self.path.pieces):
-            self.turn()
-        elif self.end is None:
-            self.end = End.PATH
-
-    def turn(self) -> None:
-        """Add the state at the corner with the motion of the next piece."""
-        self.piece += 1
-        first, now = AlongPath(self.path.pieces[self.piece], self.length), self.at.problem.motion
-        motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
-        turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.at.lam)
-        if critical.is_past(turned.point):
-            # It does not follow the new direction.
-            self.events.append(_at_change(self.at, turned))
-            self.end = End.SNAP
+    followed = Percent(progress, "following the path")
+    points, pieces, events, end = [at], [piece], list[CriticalEvent](), None
+    while end is None:
+        at = points[-1]
+        if at.lam < path.pieces[piece].end:
+            states, end, event, _ = leg(
+                at, path.pieces[piece].end, until, options, seen=lambda lam: followed(lam / path.length)
+            )
+            events += [event] if event else []
+            points += states[1:]
+            pieces += [piece] * len(states[1:])
+        elif piece + 1 == len(path.pieces):
+            end = End.PATH
         else:
-            self.add(turned)
+            piece += 1
+            turned = _turned(at, AlongPath(path.pieces[piece], length))
+            if critical.is_past(turned.point):
+                # It does not follow the new direction.
+                events.append(_at_change(at, turned))
+                end = End.SNAP
+            else:
+                points.append(turned)
+                pieces.append(piece)
+    return static_track(points, end, pieces, events=tuple(events))
 
-    def follow_leg(self, end: float) -> None:
-        """Add the states up to this lambda or to an event that ends the track."""
-        states, self.end, event, _ = leg(
-            self.at, end, self.until, self.options, seen=lambda lam: self.followed(lam / self.path.length)
-        )
-        self.events += [event] if event else []
-        self.add(*states[1:])
+
+def _turned(at: BranchPoint, first: AlongPath) -> BranchPoint:
+    """The state at a corner with the motion of the next piece."""
+    now = at.problem.motion
+    motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
+    return solved(replace(at.problem, motion=motion), at.point.q, at.lam)
 
 
 def _at_change(before: BranchPoint, after: BranchPoint) -> CriticalEvent:

@@ -10,18 +10,58 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, sqrt
+from typing import Protocol
 
 import numpy as np
 
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import NewtonError, SolveError, TimeStepError
-from stripfold.solve.drive import Drive
 from stripfold.solve.newton import NewtonOptions, rounding
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
 
 logger = logging.getLogger(__name__)
 SAME_VELOCITY = 1e-12
 """Difference of velocities below which there is no impact."""
+
+
+class Drive(Protocol):
+    """The control parameter and its rate as functions of time."""
+
+    def lam(self, t: float) -> float: ...
+
+    def rate(self, t: float) -> float: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """At constant speed, up to ``end``."""
+
+    start: float
+    speed: float
+    end: float = inf
+
+    def lam(self, t: float) -> float:
+        return min(self.start + self.speed * t, self.end)
+
+    def rate(self, t: float) -> float:
+        return self.speed if self.start + self.speed * t < self.end else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Nudge:
+    """Smoothly by ``rise`` within ``duration``, then held."""
+
+    start: float
+    rise: float = 0.0
+    duration: float = 1.0
+
+    def lam(self, t: float) -> float:
+        s = min(t / self.duration, 1.0)
+        return self.start + self.rise * s**2 * (3.0 - 2.0 * s)
+
+    def rate(self, t: float) -> float:
+        s = min(t / self.duration, 1.0)
+        return self.rise / self.duration * 6.0 * s * (1.0 - s)
 
 
 @dataclass(frozen=True, slots=True)

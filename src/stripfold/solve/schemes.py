@@ -38,13 +38,10 @@ class DynamicProblem(Problem, Protocol):
     """A problem that can be integrated in time."""
 
     @property
-    def mass(self) -> Band:
-        """Mass matrix."""
-        ...
+    def mass(self) -> Band: ...
 
     def predict_stress(self, q: Array, dq: Array) -> Any:
         """The stress predicted for ``q + dq``, used in the next tangent only."""
-        ...
 
     def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Band | Sparse, Array]: ...
 
@@ -56,27 +53,21 @@ class DynamicProblem(Problem, Protocol):
         Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance` plus
         :meth:`friction_work`.
         """
-        ...
 
     def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
         """A strip's elements, friction in them and weight, shape (n,), if nothing else acts over a step; else None."""
-        ...
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
         """Squared distance of two states in strain, weighted with the stiffness."""
-        ...
 
     def energies(self, q: Array) -> tuple[float, float]:
         """Elastic and gravity energy."""
-        ...
 
     def friction_work(self, q0: Array, q1: Array) -> float:
         """Work done on effects with a memory: heat, and energy in their springs."""
-        ...
 
     def accepted(self, q: Array) -> Self:
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
