@@ -57,16 +57,9 @@ class StepOptions:
 class Event:
     """Something that happens along a branch, such as a limit point.
 
-    Attributes
-    ----------
-    name
-        What it is called in messages.
-    passed
-        Whether a point lies past it, given the point before as well.
-    tolerance
-        Arc length to which :func:`follow` locates it; infinite: the step in which it happens is reported.
-    value
-        What changes its sign there, to find it sooner than by bisection.
+    ``name``: what it is called in messages.  ``passed``: whether a point lies past it, given the point before as well.
+    ``tolerance``: arc length to which :func:`follow` locates it; infinite: the step in which it happens is reported.
+    ``value``: what changes its sign there, to find it sooner than by bisection.
     """
 
     name: str

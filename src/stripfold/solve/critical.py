@@ -44,16 +44,9 @@ away, and it is solved to a slope of lambda of ``SLOPE sqrt(width)``."""
 class LimitPoint:
     """A limit point of lambda.
 
-    Attributes
-    ----------
-    state
-        The equilibrium; its residuals are the history of the largest unbalanced force.
-    tangent
-        Unit tangent.
-    bend
-        Second derivatives by the arc length; that of lambda is negative at a maximum.
-    slopes
-        History of the slope of lambda, by the arc length in the direction given.
+    ``state``: the equilibrium; its residuals are the history of the largest unbalanced force.  ``tangent``: unit
+    tangent.  ``bend``: second derivatives by the arc length; that of lambda is negative at a maximum.  ``slopes``:
+    history of the slope of lambda, by the arc length in the direction given.
     """
 
     state: Equilibrium

@@ -68,15 +68,10 @@ class Nudge:
 class Energy:
     """The energy balance, in rho_a g L*^2 per width: present energies, and work and losses since the start.
 
-    Attributes
-    ----------
-    work
-        Done by the gripper.
-    air, viscous, friction, contact, numerical
-        Lost to mass-proportional damping, to stiffness-proportional damping, to effects with a memory (their springs
-        may return a little), in impacts, and by the scheme.
-    closing
-        Defect of the balance; zero but for the tolerance of Newton's method.
+    ``work``: done by the gripper.  ``air``, ``viscous``, ``friction``, ``contact``, ``numerical``: lost to
+    mass-proportional damping, to stiffness-proportional damping, to effects with a memory (their springs may return a
+    little), in impacts, and by the scheme.  ``closing``: defect of the balance; zero but for the tolerance of Newton's
+    method.
     """
 
     kinetic: float
@@ -105,16 +100,10 @@ class Energy:
 class TimeState:
     """A state of the motion; arrays of shape (n,).
 
-    Attributes
-    ----------
-    q, v, a
-        Unknowns, their rates, and the acceleration used by the scheme.
-    mean_v, mean_a
-        Displacement over duration of the step that led here, and its rate of change; at the start v and a.
-    active
-        Bounded unknowns on their bound.
-    dt, iterations
-        The step that led here and its Newton iterations; 0 at the start.
+    ``q``, ``v``, ``a``: unknowns, their rates, and the acceleration used by the scheme.  ``mean_v``, ``mean_a``:
+    displacement over duration of the step that led here, and its rate of change; at the start v and a.  ``active``:
+    bounded unknowns on their bound.  ``dt``, ``iterations``: the step that led here and its Newton iterations; 0 at the
+    start.
     """
 
     t: float

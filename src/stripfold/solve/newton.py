@@ -58,16 +58,9 @@ class Constraint:
 class Linearised:
     """The equations linearised at a state; prescribed unknowns move with lambda, active ones are held.
 
-    Attributes
-    ----------
-    force, matrix, load_rate
-        Of :meth:`.Problem.linearise`.
-    held
-        Prescribed and active unknowns.
-    gap
-        What the held unknowns are away from their values, shape (n,), zero elsewhere.
-    rate
-        Derivatives of the prescribed unknowns by lambda, shape (n,), zero elsewhere.
+    ``force``, ``matrix``, ``load_rate``: of :meth:`.Problem.linearise`.  ``held``: prescribed and active unknowns.
+    ``gap``: what the held unknowns are away from their values, shape (n,), zero elsewhere.  ``rate``: derivatives of
+    the prescribed unknowns by lambda, shape (n,), zero elsewhere.
     """
 
     q: Array

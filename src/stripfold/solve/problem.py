@@ -109,16 +109,9 @@ class Equilibrium:
 class Point:
     """An accepted point of a branch: an equilibrium with its tangent and stability.
 
-    Attributes
-    ----------
-    tangent
-        Unit tangent in the direction of travel.
-    negatives
-        Number of negative eigenvalues of the tangent matrix with prescribed and active unknowns held.
-    solve_eigenvalues
-        Computes ``eigenvalues`` and ``mode``, which most points are never asked for.
-    arc
-        Arc length from the start of the branch.
+    ``tangent``: unit tangent in the direction of travel.  ``negatives``: number of negative eigenvalues of the tangent
+    matrix with prescribed and active unknowns held.  ``solve_eigenvalues``: computes ``eigenvalues`` and ``mode``,
+    which most points are never asked for.  ``arc``: arc length from the start of the branch.
     """
 
     state: Equilibrium

@@ -217,13 +217,10 @@ class EnergyMomentum:
     Without damping it conserves energy to the tolerance of Newton's method at any step size; the loss due to
     ``dissipation`` is computed exactly and never negative.
 
-    Attributes
-    ----------
-    dissipation
-        r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).  Vibrations
-        that the step does not resolve decay as exp(-2 r t); the scheme stays of second order, and a slow motion of
-        frequency omega has the damping ratio r omega dt^2 / 4.  The displacement is not weighted: that would brake a
-        slow fall as well.
+    ``dissipation``: r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).
+    Vibrations that the step does not resolve decay as exp(-2 r t); the scheme stays of second order, and a slow motion
+    of frequency omega has the damping ratio r omega dt^2 / 4.  The displacement is not weighted: that would brake a
+    slow fall as well.
     """
 
     dissipation: float = 1.0

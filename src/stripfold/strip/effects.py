@@ -89,17 +89,10 @@ class Effect(ABC):
 class Directors:
     """The directors at both ends of each element; made once per mesh.
 
-    Attributes
-    ----------
-    unknowns
-        Shape (n_elements, 2 ends, n_points, 2 components): the unknowns of an element's directors, left end first.
-        The points are the corner nodes from bottom to top in the solid, the slope in the rod.
-    factor
-        Shape (n_elements, 2 ends, n_points): derivative of the director by them.
-    straight
-        Shape (2,): the director where all unknowns are zero.
-    length
-        Shape (n_elements,): reference length, L*.
+    ``unknowns``: shape (n_elements, 2 ends, n_points, 2 components): the unknowns of an element's directors, left end
+    first.  The points are the corner nodes from bottom to top in the solid, the slope in the rod.  ``factor``: shape
+    (n_elements, 2 ends, n_points): derivative of the director by them.  ``straight``: shape (2,): the director where
+    all unknowns are zero.  ``length``: shape (n_elements,): reference length, L*.
     """
 
     unknowns: Index

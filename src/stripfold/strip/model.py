@@ -29,16 +29,9 @@ class Model(ABC):
     Its strains are quadratic in the unknowns ``q``, shape (size,).  Models are frozen.  Integrals over the elements are
     those of :mod:`stripfold.kernels.elements`.
 
-    Attributes
-    ----------
-    length, thickness
-        Length and thickness h of the strip, L*.
-    pattern
-        Where entries of element matrices go.
-    s
-        Shape (columns,): reference distance of the mid-surface nodes from the grasped end, L*.
-    element_unknowns
-        Unknowns of each element, shape (n_elements, n_local).
+    ``length``, ``thickness``: length and thickness h of the strip, L*.  ``pattern``: where entries of element matrices
+    go.  ``s``: shape (columns,): reference distance of the mid-surface nodes from the grasped end, L*.
+    ``element_unknowns``: unknowns of each element, shape (n_elements, n_local).
     """
 
     length: float

@@ -42,16 +42,8 @@ COMPLEX_STEP = 1e-30
 class SelfContact:
     """Self-contact of a strip; make it with :meth:`of`.
 
-    Attributes
-    ----------
-    pairs
-        Pairs that can be in contact.
-    stiffness
-        Of the penalty, rho_a g per L* of penetration.
-    weight
-        Length of strip of each node, L*, shape (columns,).
-    spent
-        Computing time of each search and each force, s.
+    ``pairs``: pairs that can be in contact.  ``stiffness``: of the penalty, rho_a g per L* of penetration.  ``weight``:
+    length of strip of each node, L*, shape (columns,).  ``spent``: computing time of each search and each force, s.
     """
 
     model: Model = field(repr=False)
