@@ -17,7 +17,7 @@ import numpy as np
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import NewtonError, SolveError, TimeStepError
 from stripfold.solve.newton import NewtonOptions, rounding
-from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
 
 logger = logging.getLogger(__name__)
 SAME_VELOCITY = 1e-12
@@ -171,8 +171,7 @@ def step(
     """
     t = before.t + dt
     lam = drive.lam(t)
-    begin = StepStart(before.q, before.v, before.a, before.mean_v, before.active, dt)
-    done = scheme.step(problem, begin, lam, damping, options.newton)
+    done = scheme.step(problem, before, dt, lam, damping, options.newton)
     old, kinetic = before.energy, _kinetic(problem, done.v)
     landed = _with_velocities(problem, done.v, done.active, np.zeros(len(done.active)), problem.prescribed)
     after_impact = kinetic if landed is done.v else _kinetic(problem, landed)
