@@ -25,7 +25,6 @@ from stripfold.strip.contact_mesh import LYING, ContactMesh, Topology
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import Motion
-from stripfold.strip.state_cache import StateCache
 
 STEPS = StepOptions(
     first=0.05, largest=0.7, max_correction=0.5, max_attempts=300, newton=newton.NewtonOptions(max_iterations=8)
@@ -399,8 +398,7 @@ def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) ->
 
 def touch(problem: MovingContact) -> Event:
     """The event that a sag touches the floor."""
-    lowest = StateCache(lambda q: clearance(problem, q)[0])
-    return zero("touch of the sag", lambda point: lowest(point.q), TOUCH_TOLERANCE)
+    return zero("touch of the sag", lambda point: clearance(problem, point.q)[0], TOUCH_TOLERANCE)
 
 
 def longest_free(model: Model) -> float:

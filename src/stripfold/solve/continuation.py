@@ -83,7 +83,7 @@ class Crossing:
 
 def evaluate(problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0) -> Point:
     """Compute tangent, oriented along ``towards``, and stability of an equilibrium."""
-    at = Linearised.at(problem, state.q, state.lam, state.active)
+    at = Linearised(problem, state.q, state.lam, state.active)
     tangent = at.tangent(problem.metric, towards)
     return Point(state, tangent, at.kept.negatives(), partial(eigenvalues, problem, state), arc)
 
@@ -93,7 +93,7 @@ def eigenvalues(problem: Problem, state: Equilibrium) -> tuple[Array, Array]:
 
     They are those at fixed contact coordinates, where there are any.
     """
-    at = Linearised.at(problem, state.q, state.lam, state.active)
+    at = Linearised(problem, state.q, state.lam, state.active)
     block = at.kept.block
     return nearest_eigenvalues(problem.mass_at(state.q), block, block.factor(), at.held)
 

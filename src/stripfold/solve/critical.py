@@ -90,7 +90,7 @@ def limit_point(
     slopes: list[float] = []
     try:
         for _ in range(options.max_iterations):
-            at = Linearised.at(problem, q, lam, active, predicted_stress)
+            at = Linearised(problem, q, lam, active, predicted_stress)
             history.append(at.unbalanced)
             if not np.isfinite(at.unbalanced):
                 raise SolveError("Newton's method met a value that is not finite")

@@ -54,7 +54,6 @@ class Constraint:
         return float(self.row @ (q - self.q0)) + self.corner * (lam - self.lam0)
 
 
-@dataclass(frozen=True, eq=False)
 class Linearised:
     """The equations linearised at a state; prescribed unknowns move with lambda, active ones are held.
 
@@ -63,24 +62,15 @@ class Linearised:
     the prescribed unknowns by lambda, shape (n,), zero elsewhere.
     """
 
-    q: Array
-    force: Array
-    matrix: Matrix
-    load_rate: Array
-    held: Index
-    gap: Array
-    rate: Array
-
-    @classmethod
-    def at(cls, problem: Problem, q: Array, lam: float, active: Index, predicted_stress: Any = None) -> Linearised:
-        """Of a problem at a state."""
-        force, matrix, load_rate = problem.linearise(q, lam, predicted_stress)
-        prescribed, gap, rate = problem.prescribed, np.zeros(problem.size), np.zeros(problem.size)
-        gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
+    def __init__(self, problem: Problem, q: Array, lam: float, active: Index, predicted_stress: Any = None) -> None:
+        self.q, prescribed = q, problem.prescribed
+        self.force, self.matrix, self.load_rate = problem.linearise(q, lam, predicted_stress)
+        self.held = np.concatenate([prescribed, active])
+        self.gap, self.rate = np.zeros(problem.size), np.zeros(problem.size)
+        self.gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
         if len(active):
-            gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
-        rate[prescribed] = problem.prescribed_rates(lam)
-        return cls(q, force, matrix, load_rate, np.concatenate([prescribed, active]), gap, rate)
+            self.gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
+        self.rate[prescribed] = problem.prescribed_rates(lam)
 
     def free(self, forces: Array) -> Array:
         """Forces without those on held unknowns."""
@@ -172,7 +162,7 @@ def solve(
     history: list[float] = []
     sets = np.zeros((4, len(bounded)), bool)
     for iteration in range(options.max_iterations):
-        at = Linearised.at(problem, q, lam, bounded[is_active], predicted_stress)
+        at = Linearised(problem, q, lam, bounded[is_active], predicted_stress)
         worst = at.unbalanced
         history.append(worst)
         if not np.isfinite(worst):

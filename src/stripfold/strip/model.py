@@ -13,6 +13,7 @@ import numpy as np
 
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
 
 if TYPE_CHECKING:
@@ -241,3 +242,12 @@ class Model(ABC):
 
 def _vector(q: Array) -> Array:
     return np.ascontiguousarray(q, dtype=np.float64)
+
+
+def ends_of(length: float, elements: int | Array) -> Array:
+    """Ends of a number of elements, or those given.  Raises InvalidInputError: ends that cannot be used."""
+    ends = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
+    if len(ends) < 4 or np.any(np.diff(ends) <= 0.0):
+        # Fewer make a matrix smaller than its band.
+        raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
+    return ends
