@@ -120,13 +120,9 @@ class Band:
 
     def row(self, i: int) -> Array:
         """One row, shape (size,)."""
-        n, w = self.size, self.width
-        first, end = max(i - w, 0), min(i + w + 1, n)
-        # From one column to the next the entry of a row is one place nearer to the column's begin.
-        pitch = self.columns.shape[1] - 1
-        start = kernels.band.LANES + first * pitch + w + i
-        out = np.zeros(n)
-        out[first:end] = self.flat[start : start + (end - first) * pitch : pitch]
+        out, w = np.zeros(self.size), self.width
+        j = np.arange(max(i - w, 0), min(i + w + 1, self.size))
+        out[j] = self.columns[j, w + i - j]
         return out
 
     def with_fixed(self, fixed: Index) -> Band:
