@@ -187,9 +187,9 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
     topology = problem.mesh.topology
     changes: dict[Event, Callable[[BranchPoint], BranchPoint]] = {touch(problem): _touched}
     for i in problem.points.tolist():
-        released = zero("release of the sag", partial(_reaction, problem, i), TOUCH_TOLERANCE)
+        released = zero("release of the sag", partial(reaction, problem, i), TOUCH_TOLERANCE)
         changes[released] = partial(_changed_to, number=i, parts=(False,))
-        flattened = zero("flattening of the sag", partial(_curvature, problem, i))
+        flattened = zero("flattening of the sag", partial(curvature, problem, i))
         changes[flattened] = partial(_changed_to, number=i, parts=(False, True, False))
     height = partial(_height_over_low, problem)
     if topology[0]:
@@ -205,14 +205,6 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
     else:
         changes[zero("landing of the end", partial(height_beside_end, problem))] = _landed_end
     return changes
-
-
-def _reaction(problem: MovingContact, number: int, point: Point) -> float:
-    return reaction(problem, point, number)
-
-
-def _curvature(problem: MovingContact, number: int, point: Point) -> float:
-    return curvature(problem, point, number)
 
 
 def _length(problem: MovingContact, part: int, point: Point) -> float:
@@ -310,7 +302,9 @@ def follow(
                 if before.point is not at.point:
                     yield before
                 last, at = before, changes[item.event](after)
-                yield from _changed(last, at)
+                if is_unheld(last, at):
+                    yield BranchCrossing(UNHELD, last, at)
+                yield at
                 break
             if item.lam >= end:
                 yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
@@ -329,13 +323,6 @@ def follow(
                 if all(here.passed(at.point, None) or not there.passed(moved.point, None) for here, there in both):
                     at, options = moved, replace(options, first=step)
                     break
-
-
-def _changed(before: BranchPoint, after: BranchPoint) -> Iterator[BranchPoint | BranchCrossing]:
-    """The state behind a change of the contact, preceded by :data:`UNHELD` where it is one."""
-    if is_unheld(before, after):
-        yield BranchCrossing(UNHELD, before, after)
-    yield after
 
 
 def is_unheld(before: BranchPoint, after: BranchPoint) -> bool:
@@ -415,12 +402,12 @@ def lift_off_of_all(problem: MovingContact) -> Event:
     return zero(LIFTED, lambda point: most - float(problem.contact(point.q)[-1]) if lies else 1.0)
 
 
-def reaction(problem: MovingContact, point: Point, number: int) -> float:
+def reaction(problem: MovingContact, number: int, point: Point) -> float:
     """Reaction of the floor in the point of contact that is this contact coordinate."""
     return float(point.state.force[problem.mesh.model.middle[problem.columns[number], 1]])
 
 
-def curvature(problem: MovingContact, point: Point, number: int) -> float:
+def curvature(problem: MovingContact, number: int, point: Point) -> float:
     """Curvature of the strip over the floor in a point of contact, 1/L*: by its height at :data:`FIRST_INTERVAL`.
 
     On the solid a force in a point shears the strip: without a length it would be flat in any contact.
@@ -430,7 +417,7 @@ def curvature(problem: MovingContact, point: Point, number: int) -> float:
     model = problem.at(problem.contact(point.q)).model
     height = model.resampled_mid_surface(point.q[: problem.n], at)[:, 1].sum()
     # The reaction is the jump of the shear force, and so of the third derivative.
-    return float(height / FIRST_INTERVAL**2 - reaction(problem, point, number) * FIRST_INTERVAL / 6.0)
+    return float(height / FIRST_INTERVAL**2 - reaction(problem, number, point) * FIRST_INTERVAL / 6.0)
 
 
 def height_beside_end(problem: MovingContact, point: Point) -> float:

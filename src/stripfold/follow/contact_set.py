@@ -130,5 +130,5 @@ def _guesses(parts: list[list[float]], folded: bool) -> Iterator[tuple[Topology,
 def _admissible(at: BranchPoint) -> bool:
     """Whether the parts are in order, and points are pushed and not flat."""
     numbers = at.problem.points.tolist()
-    pushed = all(get(at.problem, at.point, i) >= 0.0 for i in numbers for get in (reaction, curvature))
+    pushed = all(get(at.problem, i, at.point) >= 0.0 for i in numbers for get in (reaction, curvature))
     return pushed and bool(np.all(np.diff(at.contact) > 0.0))
