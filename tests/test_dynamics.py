@@ -13,8 +13,7 @@ from stripfold.follow.contact import touches
 from stripfold.follow.fall import ReleaseState, to_critical_point
 from stripfold.follow.statics import StripModel
 from stripfold.solve import dynamics
-from stripfold.solve.drive import Moving, Nudge
-from stripfold.solve.dynamics import TimeOptions, TimeState
+from stripfold.solve.dynamics import Moving, Nudge, TimeOptions, TimeState
 from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme
 from stripfold.strip.solid import Solid
 

@@ -10,8 +10,7 @@ import pytest
 from stripfold.ask.inputs import Simulation
 from stripfold.follow.track import End
 from stripfold.solve import dynamics, newton
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeEvent, TimeOptions
+from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions
 from stripfold.strip.layer_friction import SPRING, LayerFriction
 from stripfold.strip.model import Model
 from stripfold.strip.problem import AlongX, Opened, StripProblem

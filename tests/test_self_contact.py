@@ -9,8 +9,7 @@ import pytest
 
 from stripfold.base.arrays import Array
 from stripfold.solve import dynamics
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeOptions
+from stripfold.solve.dynamics import Moving, TimeOptions
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.problem import AlongX, StripProblem
 from stripfold.strip.rod import Rod

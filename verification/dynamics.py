@@ -23,8 +23,7 @@ from stripfold.follow.contact import touches
 from stripfold.follow.contact_set import on_nodes
 from stripfold.follow.statics import StripModel, solve_height
 from stripfold.solve import dynamics, newton
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band
 from stripfold.solve.problem import FixedUnknowns, Point
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum

@@ -25,9 +25,10 @@ from stripfold.draw.style import figure, legend_above, styled
 from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState, simulate_fall, state_at_rest, to_critical_point
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import Track
+from stripfold.solve.dynamics import TimeState
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
-from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepResult, StepStart, solve_step
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepResult, solve_step
 from verification.common import Progress, attempted, dataset, pooled
 from verification.numbers import Facts, Number
 
@@ -93,10 +94,10 @@ class GeneralisedAlpha:
     radius: float = 0.8
 
     def step(
-        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+        self, problem: DynamicProblem, begin: TimeState, dt: float, lam: float, damping: Damping, options: NewtonOptions
     ) -> StepResult:
         """See :class:`Scheme`; work and losses are to the method's own order only."""
-        dt, mass, r = begin.dt, problem.mass, self.radius
+        mass, r = problem.mass, self.radius
         alpha_m, alpha_f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
         beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
         force_0 = problem.residual(begin.q, lam)

@@ -26,8 +26,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import LostStabilityError
 from stripfold.draw.colours import BLACK, FRICTION, GREY, SHADE
 from stripfold.draw.style import figure, styled
-from stripfold.follow.contact_branch import BranchPoint, from_flat, solved
-from stripfold.follow.contact_events import clearance
+from stripfold.follow.contact_branch import BranchPoint, clearance, from_flat, solved
 from stripfold.follow.memory import load_incrementally_from, load_path
 from stripfold.follow.statics import StripModel
 from stripfold.paths.rpath import plan_r_path

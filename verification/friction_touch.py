@@ -24,8 +24,7 @@ from stripfold.base.errors import SolveError
 from stripfold.draw.colours import BLACK, LYING, SHADE
 from stripfold.draw.style import figure, styled
 from stripfold.follow.contact import touch_position, touches
-from stripfold.follow.contact_branch import from_elastica, solved
-from stripfold.follow.contact_events import clearance
+from stripfold.follow.contact_branch import clearance, from_elastica, solved
 from stripfold.follow.fall import TIME_OPTIONS
 from stripfold.follow.memory import load, with_effects
 from stripfold.follow.statics import StripModel
@@ -35,8 +34,7 @@ from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve import dynamics
-from stripfold.solve.drive import Drive, Moving
-from stripfold.solve.dynamics import TimeEvent
+from stripfold.solve.dynamics import Drive, Moving, TimeEvent
 from stripfold.solve.schemes import Damping
 from stripfold.strip.contact_mesh import LYING as ON_FLOOR
 from stripfold.strip.contact_mesh import ContactMesh

@@ -24,8 +24,7 @@ from stripfold.follow.contact import touches
 from stripfold.follow.contact_set import on_nodes
 from stripfold.follow.statics import StripModel
 from stripfold.solve import dynamics
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 from stripfold.strip.problem import StripProblem

@@ -29,8 +29,7 @@ from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height
 from stripfold.solve import continuation, critical, dynamics
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeEvent, TimeOptions
+from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions
 from stripfold.solve.problem import Point, Tangent
 from stripfold.solve.schemes import Damping
 from stripfold.strip.problem import StripProblem

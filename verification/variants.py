@@ -23,7 +23,7 @@ from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import SolveError
-from stripfold.follow import contact_branch, contact_events
+from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
 from stripfold.follow.fall import Fall, ReleaseState, simulate_fall
 from stripfold.follow.statics import FIRST, StripModel, follow
@@ -247,7 +247,7 @@ def _followed(at: BranchPoint, end: float = inf) -> BranchPoint | BranchCrossing
     """The last point of a branch up to lambda = ``end``, or what ends it before."""
 
     def stops(problem: MovingContact) -> list[Event]:
-        return [contact_events.touch(problem), LIMIT]
+        return [contact_branch.touch(problem), LIMIT]
 
     for item in contact_branch.follow(at, STEPS, stops, through_contact=False, end=end):
         if isinstance(item, BranchCrossing):

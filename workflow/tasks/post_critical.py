@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
 from stripfold.files import schema
-from stripfold.follow.contact_branch import STEPS, BranchPoint, solved
-from stripfold.follow.contact_events import clearance
+from stripfold.follow.contact_branch import STEPS, BranchPoint, clearance, solved
 from stripfold.follow.contact_set import on_nodes
 from stripfold.follow.fall import Fall, Progress, ReleaseState, at_rest, simulate_fall
 from stripfold.follow.statics import StripModel, follow, solve_height

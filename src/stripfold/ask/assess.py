@@ -47,7 +47,7 @@ from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import largest_miss
 from stripfold.solve.dynamics import TimeState
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE
 
 if TYPE_CHECKING:
     import xarray as xr

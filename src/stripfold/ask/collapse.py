@@ -26,7 +26,7 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End, StripState, Track, mid_surfaces, node_weights, nodes
 from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.schemes import Damping
-from stripfold.strip.effects import LayerFriction
+from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.self_contact import SelfContact
 
 if TYPE_CHECKING:

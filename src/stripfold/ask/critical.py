@@ -18,7 +18,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
-from stripfold.follow.contact_events import clearance
+from stripfold.follow.contact_branch import clearance
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.follow.track import End, Track
 

@@ -23,13 +23,12 @@ from stripfold.base.errors import SolveError
 from stripfold.base.material import Material
 from stripfold.base.progress import Percent
 from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.follow.contact_branch import BranchPoint
-from stripfold.follow.contact_events import clearance
+from stripfold.follow.contact_branch import BranchPoint, clearance
 from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_from, steps_on, with_effects
 from stripfold.follow.statics import StripModel, from_flat
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE
 from stripfold.strip.problem import AlongPath, Motion
 
 PlannedStrip = tuple[Material, float, GripperPath]

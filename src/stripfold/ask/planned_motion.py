@@ -26,7 +26,7 @@ from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import SPACING
 from stripfold.solve.dynamics import TimeState
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE
 
 TIME_OPTIONS = replace(time.TIME_OPTIONS, tolerance=3e-4)
 """Error per step, L*: with a third of it the deviation changes by less than a per cent, in two thirds more steps.

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from stripfold import elastica
 from stripfold.base.errors import SolveError
-from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, from_elastica
-from stripfold.follow.contact_events import clearance, longest_free
+from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, clearance, from_elastica, longest_free
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height, static_track, to_the_end
 from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.solve import critical

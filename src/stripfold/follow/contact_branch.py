@@ -17,18 +17,6 @@ import numpy as np
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, NewtonError
-from stripfold.follow.contact_events import (
-    FIRST_INTERVAL,
-    TOUCH_TOLERANCE,
-    curvature,
-    height_beside_end,
-    lift_off_of_all,
-    longest_free,
-    reaction,
-    sags,
-    touch,
-    zero,
-)
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import Crossing, Event, StepOptions
 from stripfold.solve.newton import Constraint
@@ -42,6 +30,22 @@ STEPS = StepOptions(
     first=0.05, largest=0.7, max_correction=0.5, max_attempts=300, newton=newton.NewtonOptions(max_iterations=8)
 )
 """A step that needs more iterations is halved: where there is no state it would not end."""
+LOW = 1e-3
+"""Height, L*, below which a gripper beside a layer that lies is on the floor: there the part between them, a beam of
+length (24 z)^(1/4), shrinks without bound."""
+NEAR_FLOOR = 1e-2
+"""Arc length to which the landing of a gripper is located: almost all of it is change of that part."""
+FIRST_INTERVAL = 0.02
+"""Length of an interval of contact when it is first solved for, L*."""
+TOUCH_TOLERANCE = 1e-6
+"""Arc length to which a touch of the sag and its release are located, L*."""
+LEAST_LYING = 1e-3
+"""Length of the lying part at which the whole strip of a rod is taken to lift off, L*."""
+LIFTED = "lift-off of the whole strip"
+LEAST_SAG = 0.02
+"""Height of the strip on either side over the lowest point of a sag, L*."""
+SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
+"""Places in an element where the height over the floor is looked at."""
 UNHELD = Event("change of the contact that leaves the strip unstable", critical.is_past)
 """The critical point where a contact ends without which the strip is unstable."""
 
@@ -183,10 +187,15 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
     topology = problem.mesh.topology
     changes: dict[Event, Callable[[BranchPoint], BranchPoint]] = {touch(problem): _touched}
     for i in problem.points.tolist():
-        released = zero("release of the sag", partial(_reaction, problem, i), TOUCH_TOLERANCE)
+        released = zero("release of the sag", partial(reaction, problem, i), TOUCH_TOLERANCE)
         changes[released] = partial(_changed_to, number=i, parts=(False,))
-        flattened = zero("flattening of the sag", partial(_curvature, problem, i))
+        flattened = zero("flattening of the sag", partial(curvature, problem, i))
         changes[flattened] = partial(_changed_to, number=i, parts=(False, True, False))
+    height = partial(_height_over_low, problem)
+    if topology[0]:
+        changes[zero("take-off of the gripper", lambda point: -height(point), NEAR_FLOOR)] = _taken_off
+    elif topology[1] and len(topology) > 2:
+        changes[zero("landing of the gripper", height, NEAR_FLOOR)] = _landed
     for i in range(1, len(topology) - 1):
         if topology[i]:
             ends = zero("end of the interval of contact", partial(_length, problem, i))
@@ -198,17 +207,25 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
     return changes
 
 
-def _reaction(problem: MovingContact, number: int, point: Point) -> float:
-    return reaction(problem, point, number)
-
-
-def _curvature(problem: MovingContact, number: int, point: Point) -> float:
-    return curvature(problem, point, number)
-
-
 def _length(problem: MovingContact, part: int, point: Point) -> float:
     """Length of a lying part over the least that one has."""
     return float(problem.mesh.parts(problem.contact(point.q))[part]) - 0.5 * FIRST_INTERVAL
+
+
+def _height_over_low(problem: MovingContact, point: Point) -> float:
+    return float(problem.motion.values(point.lam)[:2][-1]) - LOW
+
+
+def _landed(at: BranchPoint) -> BranchPoint:
+    """The upper layer lies up to the gripper."""
+    return transferred(at, at.contact[1:], at.topology[1:], (np.zeros(len(at.contact) - 1), 1.0))
+
+
+def _taken_off(at: BranchPoint) -> BranchPoint:
+    """The upper layer lies from some way beside the gripper on."""
+    beside = min((24.0 * LOW) ** 0.25, 0.5 * float(at.contact[0]))
+    contact = np.append(beside, at.contact)
+    return transferred(at, contact, (False, *at.topology), (np.zeros(len(contact)), 1.0))
 
 
 def _touched(at: BranchPoint) -> BranchPoint:
@@ -285,7 +302,9 @@ def follow(
                 if before.point is not at.point:
                     yield before
                 last, at = before, changes[item.event](after)
-                yield from _changed(last, at)
+                if is_unheld(last, at):
+                    yield BranchCrossing(UNHELD, last, at)
+                yield at
                 break
             if item.lam >= end:
                 yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
@@ -306,13 +325,6 @@ def follow(
                     break
 
 
-def _changed(before: BranchPoint, after: BranchPoint) -> Iterator[BranchPoint | BranchCrossing]:
-    """The state behind a change of the contact, preceded by :data:`UNHELD` where it is one."""
-    if is_unheld(before, after):
-        yield BranchCrossing(UNHELD, before, after)
-    yield after
-
-
 def is_unheld(before: BranchPoint, after: BranchPoint) -> bool:
     """Whether the strip is stable before a change of the contact, and not behind it."""
     return critical.is_past(after.point) and not critical.is_past(before.point)
@@ -325,3 +337,90 @@ class BranchCrossing:
     event: Event
     before: BranchPoint
     after: BranchPoint
+
+
+def sags(problem: MovingContact, q: Array) -> list[tuple[float, float]]:
+    """The smallest height over the floor where each part sags, inf where it does not, and its place along the strip."""
+    mesh, n = problem.mesh, problem.n
+    model = problem.at(q[n:]).model
+    columns = model.middle[:, 1]
+    height = q[columns[:: (len(columns) - 1) // len(mesh.on_floor)]]
+    ends = [0, *mesh.elements_at.tolist(), len(height) - 1]
+    return [
+        (np.inf, np.nan) if lies else _sag(model, q[:n], height[first : last + 1], first)
+        for lies, first, last in zip(mesh.topology, ends[:-1], ends[1:], strict=True)
+    ]
+
+
+def _sag(model: Model, u: Array, height: Array, first: int) -> tuple[float, float]:
+    """That of a free part with these heights of its elements' ends, from the one of number ``first`` on."""
+    least = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])) + 1
+    # Beside a contact a coarse mesh waves a little.
+    found = [i for i in least if min(height[:i].max(), height[i:].max()) - height[i] > LEAST_SAG]
+    if not found:
+        return np.inf, np.nan
+    i = first + min(found, key=lambda i: float(height[i]))
+    left, middle, right = model.ends[i - 1 : i + 2]
+    s = np.concatenate([left + (middle - left) * SAMPLES, middle + (right - middle) * SAMPLES, [right]])
+    z = model.resampled_mid_surface(u, s)[:, 1]
+    # The lowest point of a parabola through three samples.
+    k = int(np.argmin(z[1:-1])) + 1
+    a, b = s[k - 1] - s[k], s[k + 1] - s[k]
+    to_left, to_right = (z[k - 1] - z[k]) / a, (z[k + 1] - z[k]) / b
+    curve = (to_right - to_left) / (b - a)
+    slope = to_left - curve * a
+    lowest = min(max(-slope / (2.0 * curve), a), b)
+    return float(z[k] + lowest * (slope + lowest * curve)), float(s[k] + lowest)
+
+
+def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
+    """The smallest height of a sag over the floor, inf without one, and its place along the strip."""
+    return min(sags(problem, q), key=lambda sag: sag[0])
+
+
+def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) -> Event:
+    """The event that a value, positive before, becomes negative."""
+    return Event(name, lambda point, _: value(point) < 0.0, tolerance, value)
+
+
+def touch(problem: MovingContact) -> Event:
+    """The event that a sag touches the floor."""
+    return zero("touch of the sag", lambda point: clearance(problem, point.q)[0], TOUCH_TOLERANCE)
+
+
+def longest_free(model: Model) -> float:
+    """Largest lift-off coordinate: beyond, the whole strip is taken to lift off.
+
+    The solid's lift-off is as wide as the strip is thick: of less the held end carries a part.
+    """
+    return model.length - (LEAST_LYING if model.slopes is not None else max(LEAST_LYING, model.thickness))
+
+
+def lift_off_of_all(problem: MovingContact) -> Event:
+    """The event that nothing is left lying."""
+    most, lies = longest_free(problem.mesh.model), problem.mesh.topology[-1]
+    return zero(LIFTED, lambda point: most - float(problem.contact(point.q)[-1]) if lies else 1.0)
+
+
+def reaction(problem: MovingContact, number: int, point: Point) -> float:
+    """Reaction of the floor in the point of contact that is this contact coordinate."""
+    return float(point.state.force[problem.mesh.model.middle[problem.columns[number], 1]])
+
+
+def curvature(problem: MovingContact, number: int, point: Point) -> float:
+    """Curvature of the strip over the floor in a point of contact, 1/L*: by its height at :data:`FIRST_INTERVAL`.
+
+    On the solid a force in a point shears the strip: without a length it would be flat in any contact.
+    """
+    place = problem.contact(point.q)[number]
+    at = place + FIRST_INTERVAL * np.array([-1.0, 1.0])
+    model = problem.at(problem.contact(point.q)).model
+    height = model.resampled_mid_surface(point.q[: problem.n], at)[:, 1].sum()
+    # The reaction is the jump of the shear force, and so of the third derivative.
+    return float(height / FIRST_INTERVAL**2 - reaction(problem, number, point) * FIRST_INTERVAL / 6.0)
+
+
+def height_beside_end(problem: MovingContact, point: Point) -> float:
+    """Height of a strip that is held at its end and free beside it, where a lying part would begin."""
+    model = problem.at(problem.contact(point.q)).model
+    return float(model.resampled_mid_surface(point.q[: problem.n], np.array([longest_free(model)]))[0, 1])

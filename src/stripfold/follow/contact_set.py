@@ -16,8 +16,7 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import NewtonError, SolveError
 from stripfold.follow.contact import lying_parts, touches
-from stripfold.follow.contact_branch import BranchPoint, transferred
-from stripfold.follow.contact_events import curvature, reaction
+from stripfold.follow.contact_branch import BranchPoint, curvature, reaction, transferred
 from stripfold.solve import continuation, newton
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point, Tangent
@@ -131,5 +130,5 @@ def _guesses(parts: list[list[float]], folded: bool) -> Iterator[tuple[Topology,
 def _admissible(at: BranchPoint) -> bool:
     """Whether the parts are in order, and points are pushed and not flat."""
     numbers = at.problem.points.tolist()
-    pushed = all(get(at.problem, at.point, i) >= 0.0 for i in numbers for get in (reaction, curvature))
+    pushed = all(get(at.problem, i, at.point) >= 0.0 for i in numbers for get in (reaction, curvature))
     return pushed and bool(np.all(np.diff(at.contact) > 0.0))

@@ -16,19 +16,17 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError, TimeStepError
 from stripfold.base.progress import FALL
 from stripfold.follow.contact import lies_apart, lift_off
-from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned
-from stripfold.follow.contact_events import longest_free
+from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned, longest_free
 from stripfold.follow.contact_set import NEARBY_NEWTON, ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.follow.statics import StripModel, follow, solve_height, static_track
 from stripfold.follow.track import End, StripState, Track, grip_and_hold
 from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.solve import continuation, dynamics, newton
 from stripfold.solve.continuation import StepOptions
-from stripfold.solve.drive import Drive, Moving, Nudge
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, Scheme
-from stripfold.strip.effects import LayerFriction
+from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.problem import StripProblem
 from stripfold.strip.self_contact import SelfContact
 

@@ -24,6 +24,7 @@ from stripfold.base.errors import ContinuationError, InvalidInputError, LostStab
 from stripfold.base.progress import Percent
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
+    LIFTED,
     STEPS,
     UNHELD,
     BranchCrossing,
@@ -32,16 +33,14 @@ from stripfold.follow.contact_branch import (
     contact_changes,
     follow,
     is_unheld,
+    lift_off_of_all,
     transferred,
+    zero,
 )
-from stripfold.follow.contact_events import LIFTED, lift_off_of_all, zero
 from stripfold.follow.statics import (
     FIRST,
     LAMBDA_TOLERANCE,
     Until,
-    landed,
-    lands,
-    over_low,
     static_track,
 )
 from stripfold.follow.track import CriticalEvent, End, Track
@@ -52,8 +51,7 @@ from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
 from stripfold.strip.contact_mesh import INTERVAL
-from stripfold.strip.effects import Effect, Hysteresis, Pull
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE, Effect, Hysteresis, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Motion
@@ -64,7 +62,7 @@ Effects = Callable[[Model, Array], tuple[Effect, ...]]
 STEP = 0.1
 """Usual size of the steps, L*."""
 LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit point"
-REACHED, LANDING = "end of the step", "gripper near the floor"
+REACHED = "end of the step"
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
@@ -215,7 +213,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
     The guards are those of the continuation.
     """
     problem, point, before = _StepProblem.after(at, end), at.point, at.point.tangent
-    if before.lam <= 0.0 or lands(at, end):
+    if before.lam <= 0.0:
         return None
     ds = (end - point.lam) / before.lam
     try:
@@ -243,25 +241,15 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
     first = BranchPoint(problem, continuation.evaluate(problem.sliding, state, at.point.tangent, at.point.arc))
-    near_floor = lands(at, end)
 
     def stops(problem: MovingContact) -> list[Event]:
-        reached = zero(REACHED, lambda point: end - point.lam)
-        if not near_floor or problem.mesh.topology != INTERVAL:
-            return [reached, lift_off_of_all(problem), LIMIT]
-        low = zero(LANDING, lambda point: over_low(problem.motion, point.lam))
-        return [reached, low, lift_off_of_all(problem), LIMIT]
+        return [zero(REACHED, lambda point: end - point.lam), lift_off_of_all(problem), LIMIT]
 
     last = first = _changed(first, end)
     turned: BranchCrossing | None = None
     for item in _followed(first, stops):
         if isinstance(item, BranchPoint):
             last = item if item.point.lam < end else last
-            lies = near_floor and item.topology == INTERVAL
-            if lies and over_low(item.problem.motion, item.point.lam) < 0.0:
-                # Its layer began to lie only there.
-                new = landed(item, end)
-                break
             if last is item:
                 continue
             # A change of contact went beyond the end.
@@ -274,9 +262,6 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
             raise _lost(TURNS_BACK, _limit(item) if locate else item.before.point.lam)
         elif item.event.name == LIFTED:
             raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
-        elif item.event.name == LANDING:
-            new = landed(item.before, end)
-            break
         else:
             last = item.before
         new = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))

@@ -10,28 +10,38 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal, NamedTuple
-
-import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.progress import BEFORE, Percent
 from stripfold.follow import contact_branch
-from stripfold.follow.contact_branch import STEPS, UNHELD, BranchCrossing, BranchPoint, Planned, solved, transferred
-from stripfold.follow.contact_events import LIFTED, lift_off_of_all, touch, zero
+from stripfold.follow.contact_branch import (
+    LIFTED,
+    LOW,
+    STEPS,
+    UNHELD,
+    BranchCrossing,
+    BranchPoint,
+    Planned,
+    lift_off_of_all,
+    solved,
+    touch,
+    transferred,
+    zero,
+)
 from stripfold.follow.track import CriticalEvent, End, StripState, Track
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import Event, StepOptions
 from stripfold.solve.critical import LIMIT, CriticalPoint
 from stripfold.strip import contact_mesh
-from stripfold.strip.contact_mesh import FOLDED, INTERVAL, LYING, ContactMesh, Topology
+from stripfold.strip.contact_mesh import LYING, ContactMesh
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongPath, AlongX, Lift, Motion, TwoGrippers
+from stripfold.strip.problem import AlongPath, AlongX, Lift, TwoGrippers
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
@@ -40,8 +50,6 @@ Until = Literal["touch", "end"]
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 DOWN = "second gripper on the floor"
-LOW = 1e-3
-"""Least height of the gripper off the floor, L*: strips are lifted to it and set down from it, below is the floor."""
 FIRST = 0.01
 """Largest length travelled at the first state of a path, L*."""
 ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN}
@@ -260,8 +268,9 @@ def static_track(
 
 def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     """The first state of a path, its gripper just lifted."""
-    piece = path.pieces[0]
-    first = min(FIRST, place_of_low(piece, piece.start, piece.end))
+    piece, first = path.pieces[0], FIRST
+    while (height := piece.position(first)[1]) > (1.0 + 1e-9) * LOW:
+        first *= LOW / height
     return contact_branch.from_flat(mesh, AlongPath(piece, length), first)
 
 
@@ -283,80 +292,37 @@ def follow(
     when a state or the branch cannot be computed.
     """
     at = first or from_flat(mesh, path, length)
-    follower = _Follower(path, length, until, options, at, piece, Percent(progress, "following the path"))
-    while follower.end is None:
-        follower.advance()
-    events, end = tuple(follower.events), follower.end
-    return static_track(follower.points, end, follower.pieces, events=events)
-
-
-@dataclass
-class _Follower:
-    """The states so far, and the one to go on from."""
-
-    path: GripperPath
-    length: float
-    until: Until
-    options: StepOptions
-    at: BranchPoint
-    piece: int
-    followed: Percent
-    points: list[BranchPoint] = field(default_factory=list)
-    pieces: list[int] = field(default_factory=list)
-    events: list[CriticalEvent] = field(default_factory=list)
-    end: End | None = None
-
-    def __post_init__(self) -> None:
-        self.add(self.at)
-
-    def add(self, *points: BranchPoint) -> None:
-        self.points += points
-        self.pieces += [self.piece] * len(points)
-        self.at = self.points[-1]
-        self.followed(self.at.lam / self.path.length)
-
-    def advance(self) -> None:
-        """Follow the strip to the end of the piece or another end; a gripper on the floor takes off and lands."""
-        at, piece = self.at, self.path.pieces[self.piece]
-        start, end = (piece.position(lam)[1] <= LOW for lam in (at.point.lam, piece.end))
-        highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
-        if start and at.topology == FOLDED and piece.position(highest)[1] > LOW:
-            at = taken_off(at, place_of_low(piece, at.point.lam, highest))
-            self.add(at)
-        before_end = place_of_low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
-        for to in (before_end, piece.end):
-            if self.end is None and at.point.lam < to:
-                at = self.follow_leg(at, to)
-            if self.end is None and to < piece.end and at.topology == INTERVAL:
-                at = landed(at, piece.end)
-                self.add(at)
-        if self.end is None and self.at.lam >= piece.end:
-            if self.piece + 1 < len(self.path.pieces):
-                self.turn()
-            else:
-                self.end = End.PATH
-
-    def turn(self) -> None:
-        """Add the state at the corner with the motion of the next piece."""
-        self.piece += 1
-        first, now = AlongPath(self.path.pieces[self.piece], self.length), self.at.problem.motion
-        motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
-        turned = solved(replace(self.at.problem, motion=motion), self.at.point.q, self.at.lam)
-        if critical.is_past(turned.point):
-            # It does not follow the new direction.
-            self.events.append(_at_change(self.at, turned))
-            self.end = End.SNAP
+    followed = Percent(progress, "following the path")
+    points, pieces, events, end = [at], [piece], list[CriticalEvent](), None
+    while end is None:
+        at = points[-1]
+        if at.lam < path.pieces[piece].end:
+            states, end, event, _ = leg(
+                at, path.pieces[piece].end, until, options, seen=lambda lam: followed(lam / path.length)
+            )
+            events += [event] if event else []
+            points += states[1:]
+            pieces += [piece] * len(states[1:])
+        elif piece + 1 == len(path.pieces):
+            end = End.PATH
         else:
-            self.add(turned)
+            piece += 1
+            turned = _turned(at, AlongPath(path.pieces[piece], length))
+            if critical.is_past(turned.point):
+                # It does not follow the new direction.
+                events.append(_at_change(at, turned))
+                end = End.SNAP
+            else:
+                points.append(turned)
+                pieces.append(piece)
+    return static_track(points, end, pieces, events=tuple(events))
 
-    def follow_leg(self, at: BranchPoint, end: float) -> BranchPoint:
-        """Add the states up to this lambda or to an event that ends the track, and return the last."""
-        states, self.end, event, _ = leg(
-            at, end, self.until, self.options, seen=lambda lam: self.followed(lam / self.path.length)
-        )
-        self.events += [event] if event else []
-        self.add(*states[1:])
-        return states[-1]
+
+def _turned(at: BranchPoint, first: AlongPath) -> BranchPoint:
+    """The state at a corner with the motion of the next piece."""
+    now = at.problem.motion
+    motion = replace(now, first=first) if isinstance(now, TwoGrippers) else first
+    return solved(replace(at.problem, motion=motion), at.point.q, at.lam)
 
 
 def _at_change(before: BranchPoint, after: BranchPoint) -> CriticalEvent:
@@ -367,41 +333,3 @@ def _at_change(before: BranchPoint, after: BranchPoint) -> CriticalEvent:
         evaluations=0,
     )  # fmt: skip
     return CriticalEvent(lam, found, after)
-
-
-def over_low(motion: Motion, lam: float) -> float:
-    """Height of the gripper over :data:`LOW`."""
-    return float(motion.values(lam)[-1]) - LOW
-
-
-def place_of_low(piece: Piece, floor: float, above: float) -> float:
-    """Length travelled at which the gripper is :data:`LOW`, between places on the floor and above."""
-    for _ in range(60):
-        if abs(above - floor) < 1e-9:
-            break
-        middle = 0.5 * (floor + above)
-        floor, above = (floor, middle) if piece.position(middle)[1] > LOW else (middle, above)
-    return above
-
-
-def lands(at: BranchPoint, lam: float) -> bool:
-    """Whether the gripper comes down to the floor before this lambda."""
-    return over_low(at.problem.motion, at.point.lam) > 0.0 >= over_low(at.problem.motion, lam)
-
-
-def landed(at: BranchPoint, lam: float) -> BranchPoint:
-    """The state with the gripper on the floor, from one just above it with an upper layer that lies."""
-    return _moved(at, at.contact[1:], FOLDED, lam)
-
-
-def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
-    """The state with the gripper just above the floor, from one with the gripper on it."""
-    height = float(at.problem.motion.values(lam)[-1])
-    beside = min((24.0 * height) ** 0.25, 0.5 * float(at.contact[0]))
-    return _moved(at, np.concatenate([[beside], at.contact]), INTERVAL, lam)
-
-
-def _moved(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:
-    """The state at ``lam``, with another contact."""
-    there = replace(at.point, state=replace(at.point.state, lam=lam))
-    return transferred(BranchPoint(at.problem, there), contact, topology, (np.zeros(len(contact)), 1.0))

@@ -28,12 +28,11 @@ from stripfold.follow.track import End, StripState, Track
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import TimedPath
 from stripfold.solve import dynamics, newton
-from stripfold.solve.drive import Drive, Moving
-from stripfold.solve.dynamics import TimeOptions, TimeState
+from stripfold.solve.dynamics import Drive, Moving, TimeOptions, TimeState
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
-from stripfold.strip.effects import Hysteresis, LayerFriction
-from stripfold.strip.hysteresis import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE, Hysteresis
+from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.model import Model
 from stripfold.strip.problem import AlongPath, Opened, StripProblem
 from stripfold.strip.self_contact import SelfContact

@@ -20,8 +20,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
 from stripfold.follow.contact import lies_apart, lift_off, touch_position, touches
-from stripfold.follow.contact_branch import BranchPoint
-from stripfold.follow.contact_events import TOUCH_TOLERANCE
+from stripfold.follow.contact_branch import TOUCH_TOLERANCE, BranchPoint
 from stripfold.paths.rpath import HalfFold
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.dynamics import TimeState

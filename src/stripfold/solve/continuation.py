@@ -57,16 +57,9 @@ class StepOptions:
 class Event:
     """Something that happens along a branch, such as a limit point.
 
-    Attributes
-    ----------
-    name
-        What it is called in messages.
-    passed
-        Whether a point lies past it, given the point before as well.
-    tolerance
-        Arc length to which :func:`follow` locates it; infinite: the step in which it happens is reported.
-    value
-        What changes its sign there, to find it sooner than by bisection.
+    ``name``: what it is called in messages.  ``passed``: whether a point lies past it, given the point before as well.
+    ``tolerance``: arc length to which :func:`follow` locates it; infinite: the step in which it happens is reported.
+    ``value``: what changes its sign there, to find it sooner than by bisection.
     """
 
     name: str
@@ -90,7 +83,7 @@ class Crossing:
 
 def evaluate(problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0) -> Point:
     """Compute tangent, oriented along ``towards``, and stability of an equilibrium."""
-    at = Linearised.at(problem, state.q, state.lam, state.active)
+    at = Linearised(problem, state.q, state.lam, state.active)
     tangent = at.tangent(problem.metric, towards)
     return Point(state, tangent, at.kept.negatives(), partial(eigenvalues, problem, state), arc)
 
@@ -100,7 +93,7 @@ def eigenvalues(problem: Problem, state: Equilibrium) -> tuple[Array, Array]:
 
     They are those at fixed contact coordinates, where there are any.
     """
-    at = Linearised.at(problem, state.q, state.lam, state.active)
+    at = Linearised(problem, state.q, state.lam, state.active)
     block = at.kept.block
     return nearest_eigenvalues(problem.mass_at(state.q), block, block.factor(), at.held)
 

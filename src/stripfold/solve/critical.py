@@ -44,16 +44,9 @@ away, and it is solved to a slope of lambda of ``SLOPE sqrt(width)``."""
 class LimitPoint:
     """A limit point of lambda.
 
-    Attributes
-    ----------
-    state
-        The equilibrium; its residuals are the history of the largest unbalanced force.
-    tangent
-        Unit tangent.
-    bend
-        Second derivatives by the arc length; that of lambda is negative at a maximum.
-    slopes
-        History of the slope of lambda, by the arc length in the direction given.
+    ``state``: the equilibrium; its residuals are the history of the largest unbalanced force.  ``tangent``: unit
+    tangent.  ``bend``: second derivatives by the arc length; that of lambda is negative at a maximum.  ``slopes``:
+    history of the slope of lambda, by the arc length in the direction given.
     """
 
     state: Equilibrium
@@ -97,7 +90,7 @@ def limit_point(
     slopes: list[float] = []
     try:
         for _ in range(options.max_iterations):
-            at = Linearised.at(problem, q, lam, active, predicted_stress)
+            at = Linearised(problem, q, lam, active, predicted_stress)
             history.append(at.unbalanced)
             if not np.isfinite(at.unbalanced):
                 raise SolveError("Newton's method met a value that is not finite")

@@ -10,33 +10,68 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, sqrt
+from typing import Protocol
 
 import numpy as np
 
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import NewtonError, SolveError, TimeStepError
-from stripfold.solve.drive import Drive
 from stripfold.solve.newton import NewtonOptions, rounding
-from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
 
 logger = logging.getLogger(__name__)
 SAME_VELOCITY = 1e-12
 """Difference of velocities below which there is no impact."""
 
 
+class Drive(Protocol):
+    """The control parameter and its rate as functions of time."""
+
+    def lam(self, t: float) -> float: ...
+
+    def rate(self, t: float) -> float: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """At constant speed, up to ``end``."""
+
+    start: float
+    speed: float
+    end: float = inf
+
+    def lam(self, t: float) -> float:
+        return min(self.start + self.speed * t, self.end)
+
+    def rate(self, t: float) -> float:
+        return self.speed if self.start + self.speed * t < self.end else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Nudge:
+    """Smoothly by ``rise`` within ``duration``, then held."""
+
+    start: float
+    rise: float = 0.0
+    duration: float = 1.0
+
+    def lam(self, t: float) -> float:
+        s = min(t / self.duration, 1.0)
+        return self.start + self.rise * s**2 * (3.0 - 2.0 * s)
+
+    def rate(self, t: float) -> float:
+        s = min(t / self.duration, 1.0)
+        return self.rise / self.duration * 6.0 * s * (1.0 - s)
+
+
 @dataclass(frozen=True, slots=True)
 class Energy:
     """The energy balance, in rho_a g L*^2 per width: present energies, and work and losses since the start.
 
-    Attributes
-    ----------
-    work
-        Done by the gripper.
-    air, viscous, friction, contact, numerical
-        Lost to mass-proportional damping, to stiffness-proportional damping, to effects with a memory (their springs
-        may return a little), in impacts, and by the scheme.
-    closing
-        Defect of the balance; zero but for the tolerance of Newton's method.
+    ``work``: done by the gripper.  ``air``, ``viscous``, ``friction``, ``contact``, ``numerical``: lost to
+    mass-proportional damping, to stiffness-proportional damping, to effects with a memory (their springs may return a
+    little), in impacts, and by the scheme.  ``closing``: defect of the balance; zero but for the tolerance of Newton's
+    method.
     """
 
     kinetic: float
@@ -65,16 +100,10 @@ class Energy:
 class TimeState:
     """A state of the motion; arrays of shape (n,).
 
-    Attributes
-    ----------
-    q, v, a
-        Unknowns, their rates, and the acceleration used by the scheme.
-    mean_v, mean_a
-        Displacement over duration of the step that led here, and its rate of change; at the start v and a.
-    active
-        Bounded unknowns on their bound.
-    dt, iterations
-        The step that led here and its Newton iterations; 0 at the start.
+    ``q``, ``v``, ``a``: unknowns, their rates, and the acceleration used by the scheme.  ``mean_v``, ``mean_a``:
+    displacement over duration of the step that led here, and its rate of change; at the start v and a.  ``active``:
+    bounded unknowns on their bound.  ``dt``, ``iterations``: the step that led here and its Newton iterations; 0 at the
+    start.
     """
 
     t: float
@@ -142,8 +171,7 @@ def step(
     """
     t = before.t + dt
     lam = drive.lam(t)
-    begin = StepStart(before.q, before.v, before.a, before.mean_v, before.active, dt)
-    done = scheme.step(problem, begin, lam, damping, options.newton)
+    done = scheme.step(problem, before, dt, lam, damping, options.newton)
     old, kinetic = before.energy, _kinetic(problem, done.v)
     landed = _with_velocities(problem, done.v, done.active, np.zeros(len(done.active)), problem.prescribed)
     after_impact = kinetic if landed is done.v else _kinetic(problem, landed)

@@ -24,35 +24,26 @@ Solve = Callable[[Array], Array]
 
 
 class Matrix(Protocol):
-    """The interface that the algorithms use."""
+    """The interface that the algorithms use; ``block`` is the part without the border of a bordered matrix."""
 
     @property
-    def size(self) -> int:
-        """Number of rows."""
-        ...
+    def size(self) -> int: ...
 
     @property
-    def block(self) -> Matrix:
-        """The part without the border of a bordered matrix; otherwise the matrix itself."""
-        ...
+    def block(self) -> Matrix: ...
 
     def __matmul__(self, x: Array) -> Array: ...
 
     def with_fixed(self, fixed: Index) -> Matrix:
         """A copy whose rows and columns ``fixed`` are those of the identity (scaled by the diagonal)."""
-        ...
 
     def factor(self) -> Solve:
         """A solver for this matrix; raises :class:`SolveError` where it is singular."""
-        ...
 
     def negatives(self) -> int:
         """Number of negative eigenvalues of this (symmetric) matrix."""
-        ...
 
-    def __abs__(self) -> Matrix:
-        """The matrix of absolute values."""
-        ...
+    def __abs__(self) -> Matrix: ...
 
 
 @dataclass(frozen=True)
@@ -129,13 +120,9 @@ class Band:
 
     def row(self, i: int) -> Array:
         """One row, shape (size,)."""
-        n, w = self.size, self.width
-        first, end = max(i - w, 0), min(i + w + 1, n)
-        # From one column to the next the entry of a row is one place nearer to the column's begin.
-        pitch = self.columns.shape[1] - 1
-        start = kernels.band.LANES + first * pitch + w + i
-        out = np.zeros(n)
-        out[first:end] = self.flat[start : start + (end - first) * pitch : pitch]
+        out, w = np.zeros(self.size), self.width
+        j = np.arange(max(i - w, 0), min(i + w + 1, self.size))
+        out[j] = self.columns[j, w + i - j]
         return out
 
     def with_fixed(self, fixed: Index) -> Band:
@@ -152,25 +139,13 @@ class Band:
 
     def factor(self) -> Solve:
         if self._factors is None:
-            return self._factor_with_pivots()
+            return Sparse(self.to_sparse()).factor()
         factors, reach = self._factors
 
         def solve(b: Array) -> Array:
             return np.asarray(kernels.band.substitute(factors, self.width, reach, np.ascontiguousarray(b)))
 
         return solve
-
-    def _factor_with_pivots(self) -> Solve:
-        from scipy.linalg import lapack
-
-        # In LAPACK's storage entry (i, j) is at [2 width + i - j, j].
-        w = self.width
-        ab = np.zeros((3 * w + 1, self.size), order="F")
-        ab[w:] = self.columns[:, : 2 * w + 1].T
-        lu, piv, info = lapack.dgbtrf(ab, w, w)
-        if info > 0:
-            raise SolveError("the tangent matrix is exactly singular")
-        return lambda b: np.asarray(lapack.dgbtrs(lu, w, w, b, piv)[0])
 
     def negatives(self) -> int:
         if self._factors is None:

@@ -54,40 +54,23 @@ class Constraint:
         return float(self.row @ (q - self.q0)) + self.corner * (lam - self.lam0)
 
 
-@dataclass(frozen=True, eq=False)
 class Linearised:
     """The equations linearised at a state; prescribed unknowns move with lambda, active ones are held.
 
-    Attributes
-    ----------
-    force, matrix, load_rate
-        Of :meth:`.Problem.linearise`.
-    held
-        Prescribed and active unknowns.
-    gap
-        What the held unknowns are away from their values, shape (n,), zero elsewhere.
-    rate
-        Derivatives of the prescribed unknowns by lambda, shape (n,), zero elsewhere.
+    ``force``, ``matrix``, ``load_rate``: of :meth:`.Problem.linearise`.  ``held``: prescribed and active unknowns.
+    ``gap``: what the held unknowns are away from their values, shape (n,), zero elsewhere.  ``rate``: derivatives of
+    the prescribed unknowns by lambda, shape (n,), zero elsewhere.
     """
 
-    q: Array
-    force: Array
-    matrix: Matrix
-    load_rate: Array
-    held: Index
-    gap: Array
-    rate: Array
-
-    @classmethod
-    def at(cls, problem: Problem, q: Array, lam: float, active: Index, predicted_stress: Any = None) -> Linearised:
-        """Of a problem at a state."""
-        force, matrix, load_rate = problem.linearise(q, lam, predicted_stress)
-        prescribed, gap, rate = problem.prescribed, np.zeros(problem.size), np.zeros(problem.size)
-        gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
+    def __init__(self, problem: Problem, q: Array, lam: float, active: Index, predicted_stress: Any = None) -> None:
+        self.q, prescribed = q, problem.prescribed
+        self.force, self.matrix, self.load_rate = problem.linearise(q, lam, predicted_stress)
+        self.held = np.concatenate([prescribed, active])
+        self.gap, self.rate = np.zeros(problem.size), np.zeros(problem.size)
+        self.gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
         if len(active):
-            gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
-        rate[prescribed] = problem.prescribed_rates(lam)
-        return cls(q, force, matrix, load_rate, np.concatenate([prescribed, active]), gap, rate)
+            self.gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
+        self.rate[prescribed] = problem.prescribed_rates(lam)
 
     def free(self, forces: Array) -> Array:
         """Forces without those on held unknowns."""
@@ -178,31 +161,34 @@ def solve(
     is_active = np.isin(bounded, active)
     history: list[float] = []
     sets = np.zeros((4, len(bounded)), bool)
+
+    def failed(why: str, advice: str = "") -> NewtonError:
+        return NewtonError(why, parameter=lam, residuals=history, advice=advice)
+
     for iteration in range(options.max_iterations):
-        at = Linearised.at(problem, q, lam, bounded[is_active], predicted_stress)
-        worst = at.unbalanced
-        history.append(worst)
-        if not np.isfinite(worst):
-            raise NewtonError("Newton's method met a value that is not finite", parameter=lam, residuals=history)
-        converged = at.is_balanced(options)
-        if converged:
-            gap = q[bounded] - lower
-            converged = (
-                (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
-                and not np.any(~is_active & (gap < -options.gap_tolerance))
-                and not np.any(is_active & (at.force[bounded] < -options.force_tolerance))
-            )
-            if converged:
-                _check_solution(problem, guess, q, lam, options, history)
-                return Equilibrium(q, lam, bounded[is_active], tuple(history), at.force)
+        at = Linearised(problem, q, lam, bounded[is_active], predicted_stress)
+        history.append(at.unbalanced)
+        if not np.isfinite(at.unbalanced):
+            raise failed("Newton's method met a value that is not finite")
+        if (
+            at.is_balanced(options)
+            and (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
+            and not np.any(~is_active & (q[bounded] - lower < -options.gap_tolerance))
+            and not np.any(is_active & (at.force[bounded] < -options.force_tolerance))
+        ):
+            violation = problem.admissibility(q)
+            if violation:
+                advice = "take a smaller step or a thinner strip"
+                raise CrushedError(violation, parameter=lam, residuals=history, advice=advice)
+            moved = float(np.abs(q - guess)[problem.metric > 0.0].max(initial=0.0))
+            if moved > options.max_distance:
+                allowed = f"allowed {options.max_distance:.2g}: another branch"
+                raise failed(f"the state found is {moved:.2g} away from its guess, {allowed}", "start nearer")
+            return Equilibrium(q, lam, bounded[is_active], tuple(history), at.force)
         sets[iteration % 4] = is_active
         if len(bounded) and kernels.step.is_cycling(sets, np.array(history), iteration):
-            raise NewtonError(
-                f"active-set cycling: a contact opens and closes in turn, largest unbalanced force {worst:.1e}",
-                parameter=lam,
-                residuals=history,
-                advice="take a smaller step",
-            )
+            why = f"a contact opens and closes in turn, largest unbalanced force {history[-1]:.1e}"
+            raise failed(f"active-set cycling: {why}", "take a smaller step")
         try:
             if constraint is None:
                 dq, dlam = at.corrected(), 0.0
@@ -211,7 +197,7 @@ def solve(
                 dq, dlam = at.bordered(constraint.row, constraint.corner)(at.imbalance, last)
                 dq = dq + at.gap
         except SolveError as error:
-            raise NewtonError(str(error), parameter=lam, residuals=history) from error
+            raise failed(str(error)) from error
         longest = problem.largest_change(q, dq)
         damping = min(1.0, options.largest_step / longest) if longest > 0.0 else 1.0
         q, predicted_stress = problem.stepped(q, damping * dq)
@@ -222,30 +208,11 @@ def solve(
             predicted_force = (at.force + at.matrix @ dq + at.load_rate * dlam)[bounded]
             single = iteration >= kernels.step.SINGLE
             kernels.step.next_active(is_active, predicted_force, q[bounded] - lower, single)
-    raise NewtonError(
+    raise failed(
         f"Newton's method did not converge in {options.max_iterations} iterations: largest unbalanced force "
         f"{history[-1]:.1e}, allowed {options.force_tolerance:.1e}",
-        parameter=lam,
-        residuals=history,
-        advice="take a smaller step or start nearer",
+        "take a smaller step or start nearer",
     )
-
-
-def _check_solution(
-    problem: Problem, guess: Array, q: Array, lam: float, options: NewtonOptions, history: list[float]
-) -> None:
-    """Raise where the equilibrium ``q`` is inadmissible or too far from the guess."""
-    violation = problem.admissibility(q)
-    if violation:
-        raise CrushedError(violation, parameter=lam, residuals=history, advice="take a smaller step or a thinner strip")
-    moved = float(np.abs(q - guess)[problem.metric > 0.0].max(initial=0.0))
-    if moved > options.max_distance:
-        raise NewtonError(
-            f"the state found is {moved:.2g} away from its guess, allowed {options.max_distance:.2g}: another branch",
-            parameter=lam,
-            residuals=history,
-            advice="start nearer",
-        )
 
 
 def rounding(k: Matrix, q: Array) -> Array:

@@ -16,69 +16,50 @@ from stripfold.solve.linear import Matrix
 class Problem(Protocol):
     """Equilibrium ``r(q, lambda) = 0`` with prescribed and bounded unknowns.
 
-    Some unknowns are prescribed functions of lambda (a moving gripper), some are bounded from below (a floor).  On a
-    bounded unknown ``r >= 0`` is the force that the bound exerts, zero where the bound is not met.
+    Of ``size`` n unknowns some are prescribed functions of lambda (a moving gripper), some are bounded from below (a
+    floor).  On a bounded unknown ``r >= 0`` is the force that the bound exerts, zero where the bound is not met.
+    ``prescribed``: unknowns that follow lambda.  ``bounded``: unknowns with a lower bound, ascending, none of them
+    prescribed.  ``lower``: their bounds.  ``metric``: weights of the inner product that measures steps, (n,), >= 0.
     """
 
     @property
-    def size(self) -> int:
-        """Number of unknowns n."""
-        ...
+    def size(self) -> int: ...
 
     @property
-    def prescribed(self) -> Index:
-        """Unknowns that follow lambda."""
-        ...
+    def prescribed(self) -> Index: ...
 
     @property
-    def bounded(self) -> Index:
-        """Unknowns with a lower bound, ascending, none of them prescribed."""
-        ...
+    def bounded(self) -> Index: ...
 
     @property
-    def lower(self) -> Array:
-        """Their bounds, shape (len(bounded),)."""
-        ...
+    def lower(self) -> Array: ...
 
     @property
-    def metric(self) -> Array:
-        """Weights of the inner product that measures steps, shape (n,), >= 0."""
-        ...
+    def metric(self) -> Array: ...
 
     def residual(self, q: Array, lam: float) -> Array:
         """``r``, shape (n,)."""
-        ...
 
     def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Matrix, Array]:
         """``r``, ``dr/dq`` and ``dr/dlambda`` at fixed q; ``predicted_stress`` may change the tangent only."""
-        ...
 
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Any]:
-        """The unknowns after a step, and the stress predicted for them, None where there is none.
-
-        The stress is used in the next tangent only.
-        """
-        ...
+        """The unknowns after a step, and the stress predicted for the next tangent, None where there is none."""
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Size of a step that damping limits."""
-        ...
 
     def mass_at(self, q: Array) -> Matrix:
         """Matrix M of the eigenvalue problem ``K v = mu M v``."""
-        ...
 
     def admissibility(self, q: Array) -> str:
         """Why ``q`` is inadmissible whatever its forces, in words; empty for an admissible state."""
-        ...
 
     def prescribed_values(self, lam: float) -> Array:
         """Values of the prescribed unknowns, shape (len(prescribed),)."""
-        ...
 
     def prescribed_rates(self, lam: float) -> Array:
         """Their derivatives by lambda."""
-        ...
 
 
 class FixedUnknowns:
@@ -128,16 +109,9 @@ class Equilibrium:
 class Point:
     """An accepted point of a branch: an equilibrium with its tangent and stability.
 
-    Attributes
-    ----------
-    tangent
-        Unit tangent in the direction of travel.
-    negatives
-        Number of negative eigenvalues of the tangent matrix with prescribed and active unknowns held.
-    solve_eigenvalues
-        Computes ``eigenvalues`` and ``mode``, which most points are never asked for.
-    arc
-        Arc length from the start of the branch.
+    ``tangent``: unit tangent in the direction of travel.  ``negatives``: number of negative eigenvalues of the tangent
+    matrix with prescribed and active unknowns held.  ``solve_eigenvalues``: computes ``eigenvalues`` and ``mode``,
+    which most points are never asked for.  ``arc``: arc length from the start of the branch.
     """
 
     state: Equilibrium

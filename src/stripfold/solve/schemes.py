@@ -22,6 +22,7 @@ from stripfold.solve.problem import Equilibrium, Problem
 if TYPE_CHECKING:
     from stripfold.kernels.bending import Springs
     from stripfold.kernels.elements import Elements
+    from stripfold.solve.dynamics import TimeState
 
 
 REASONS = (
@@ -38,13 +39,10 @@ class DynamicProblem(Problem, Protocol):
     """A problem that can be integrated in time."""
 
     @property
-    def mass(self) -> Band:
-        """Mass matrix."""
-        ...
+    def mass(self) -> Band: ...
 
     def predict_stress(self, q: Array, dq: Array) -> Any:
         """The stress predicted for ``q + dq``, used in the next tangent only."""
-        ...
 
     def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Band | Sparse, Array]: ...
 
@@ -56,27 +54,21 @@ class DynamicProblem(Problem, Protocol):
         Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance` plus
         :meth:`friction_work`.
         """
-        ...
 
     def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
         """A strip's elements, friction in them and weight, shape (n,), if nothing else acts over a step; else None."""
-        ...
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
         """Squared distance of two states in strain, weighted with the stiffness."""
-        ...
 
     def energies(self, q: Array) -> tuple[float, float]:
         """Elastic and gravity energy."""
-        ...
 
     def friction_work(self, q0: Array, q1: Array) -> float:
         """Work done on effects with a memory: heat, and energy in their springs."""
-        ...
 
     def accepted(self, q: Array) -> Self:
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,22 +81,6 @@ class Damping:
 
     air: float = 0.0
     stiffness: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class StepStart:
-    """The start of a step: unknowns, rates, accelerations, shape (n,); active unknowns; duration of the step.
-
-    ``mean_v``, the mean velocity of the previous step, predicts the next state: unlike ``v`` and ``a`` it does not
-    oscillate after an impact.
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    mean_v: Array
-    active: Index
-    dt: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +104,13 @@ class Scheme(Protocol):
     """A time integration scheme."""
 
     def step(
-        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+        self, problem: DynamicProblem, begin: TimeState, dt: float, lam: float, damping: Damping, options: NewtonOptions
     ) -> StepResult:
-        """Take one step; raises :class:`.NewtonError` when it is too long."""
+        """Take one step of duration ``dt``; raises :class:`.NewtonError` when it is too long.
+
+        The mean velocity of the previous step predicts the next state: unlike ``v`` and ``a`` it does not oscillate
+        after an impact.
+        """
         ...
 
 
@@ -162,18 +142,12 @@ def solve_step(
 
 
 def solve_compiled(
-    problem: DynamicProblem,
-    begin: StepStart,
-    guess: Array,
-    lam: float,
-    inertia: float,
-    drag: float,
-    kappa: float,
-    options: NewtonOptions,
+    problem: DynamicProblem, begin: TimeState, step: Array, guess: Array, lam: float, options: NewtonOptions
 ) -> Equilibrium | None:
     """Find the end of a step as :func:`solve_step` does, for a strip with its weight and internal friction.
 
-    None where the compiled code does not know the forces, or a matrix needs pivots.
+    ``step``: duration, factors of the mass for inertia and drag, viscosity over duration.  None where the compiled code
+    does not know the forces, or a matrix needs pivots.
 
     Raises NewtonError: no convergence; CrushedError: the state found is inadmissible.
     """
@@ -182,11 +156,10 @@ def solve_compiled(
     if known is None:
         return None
     elements, springs, weight = known
-    step = kernels.step
     q, force = guess.copy(), np.empty(len(guess))
     active = np.zeros(len(problem.bounded), bool)
     active[np.searchsorted(problem.bounded, begin.active)] = True
-    status, history = step.solve(
+    status, history = kernels.step.solve(
         elements,
         springs,
         problem.mass.flat,
@@ -202,13 +175,13 @@ def solve_compiled(
         problem.lower,
         active,
         problem.metric > 0.0,
-        np.array([begin.dt, inertia, drag, kappa]),
+        step,
         np.array([options.force_tolerance, options.gap_tolerance, options.largest_step, options.max_iterations]),
     )
-    if status == step.SINGULAR:
+    if status == kernels.step.SINGULAR:
         return None
-    residuals: dict[str, Any] = {"parameter": lam, "step": begin.dt, "residuals": list(history)}
-    if status != step.CONVERGED:
+    residuals: dict[str, Any] = {"parameter": lam, "step": float(step[0]), "residuals": list(history)}
+    if status != kernels.step.CONVERGED:
         message = f"Newton's method {REASONS[status]} in {len(history)} iterations: {history[-1]:.1e}"
         raise NewtonError(message, advice="take a smaller step", **residuals)
     violation = problem.admissibility(q)
@@ -226,22 +199,19 @@ class EnergyMomentum:
     Without damping it conserves energy to the tolerance of Newton's method at any step size; the loss due to
     ``dissipation`` is computed exactly and never negative.
 
-    Attributes
-    ----------
-    dissipation
-        r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).  Vibrations
-        that the step does not resolve decay as exp(-2 r t); the scheme stays of second order, and a slow motion of
-        frequency omega has the damping ratio r omega dt^2 / 4.  The displacement is not weighted: that would brake a
-        slow fall as well.
+    ``dissipation``: r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).
+    Vibrations that the step does not resolve decay as exp(-2 r t); the scheme stays of second order, and a slow motion
+    of frequency omega has the damping ratio r omega dt^2 / 4.  The displacement is not weighted: that would brake a
+    slow fall as well.
     """
 
     dissipation: float = 1.0
 
     def step(
-        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+        self, problem: DynamicProblem, begin: TimeState, dt: float, lam: float, damping: Damping, options: NewtonOptions
     ) -> StepResult:
         """See :class:`Scheme`."""
-        dt, mass = begin.dt, problem.mass
+        mass = problem.mass
         chi = min(self.dissipation * dt, 1.0)
         kappa = damping.stiffness / dt
         inertia, drag = 2.0 / (dt**2 * (1.0 + chi)), damping.air / dt
@@ -254,7 +224,8 @@ class EnergyMomentum:
 
         guess = begin.q + dt * begin.mean_v
         guess[problem.bounded] = np.maximum(guess[problem.bounded], problem.lower)
-        state = solve_compiled(problem, begin, guess, lam, inertia, drag, kappa, options)
+        step = np.array([dt, inertia, drag, kappa])
+        state = solve_compiled(problem, begin, step, guess, lam, options)
         if state is None:
             state = solve_step(problem, evaluate, begin.q, guess, lam, begin.active, options)
         moved = state.q - begin.q

@@ -33,16 +33,9 @@ INTERVAL, FOLDED = (False, True, False, True), (True, False, True)
 class Sizes:
     """Element lengths.
 
-    Attributes
-    ----------
-    free, lying
-        Longest elements off the floor and on it, L*.
-    at_contact
-        Shortest elements, at the contact coordinates, L*; inf for none.
-    growth
-        Ratio of neighbouring elements away from there.
-    least
-        Smallest number of elements of a part.
+    ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``: shortest elements, at the
+    contact coordinates, L*; inf for none.  ``growth``: ratio of neighbouring elements away from there.  ``least``:
+    smallest number of elements of a part.
     """
 
     free: float
@@ -78,16 +71,8 @@ class Sizes:
 class ContactMesh:
     """Meshes of a strip for all values of its contact coordinates; make it with :meth:`of`.
 
-    Attributes
-    ----------
-    topology
-        Which parts lie.
-    planned
-        The contact coordinates for which the elements have the planned sizes.
-    shares
-        For each part the ends of its elements as shares of it.
-    model
-        The strip with ``planned``.
+    ``topology``: which parts lie.  ``planned``: the contact coordinates for which the elements have the planned sizes.
+    ``shares``: for each part the ends of its elements as shares of it.  ``model``: the strip with ``planned``.
     """
 
     length: float

@@ -1,7 +1,7 @@
 """Coulomb friction between the layers and on the floor, stick and slip (docs/physics.md, section 8).
 
 Each mid-surface node on the floor, or on the lower layer that lies there, has a spring in series with a slider along x,
-as :mod:`.hysteresis` has in each element.  The slider holds up to mu times the node's normal reaction in the last
+as :class:`.Hysteresis` has in each element.  The slider holds up to mu times the node's normal reaction in the last
 accepted state, which with shorter steps becomes the present one: within a step the law has a potential and the tangent
 is symmetric.
 """
@@ -16,8 +16,7 @@ import numpy as np
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band
-from stripfold.strip.effect import Effect, Reaction
-from stripfold.strip.hysteresis import STICK_TOLERANCE
+from stripfold.strip.effects import STICK_TOLERANCE, Effect, Reaction
 from stripfold.strip.model import NONE, Model
 
 SPRING = 1e4

@@ -13,11 +13,12 @@ import numpy as np
 
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
+from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
-    from stripfold.strip.effect import Directors
+    from stripfold.strip.effects import Directors
 
 NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
 """Predicted stresses and growths of elements where there are none."""
@@ -29,16 +30,9 @@ class Model(ABC):
     Its strains are quadratic in the unknowns ``q``, shape (size,).  Models are frozen.  Integrals over the elements are
     those of :mod:`stripfold.kernels.elements`.
 
-    Attributes
-    ----------
-    length, thickness
-        Length and thickness h of the strip, L*.
-    pattern
-        Where entries of element matrices go.
-    s
-        Shape (columns,): reference distance of the mid-surface nodes from the grasped end, L*.
-    element_unknowns
-        Unknowns of each element, shape (n_elements, n_local).
+    ``length``, ``thickness``: length and thickness h of the strip, L*.  ``pattern``: where entries of element matrices
+    go.  ``s``: shape (columns,): reference distance of the mid-surface nodes from the grasped end, L*.
+    ``element_unknowns``: unknowns of each element, shape (n_elements, n_local).
     """
 
     length: float
@@ -248,3 +242,12 @@ class Model(ABC):
 
 def _vector(q: Array) -> Array:
     return np.ascontiguousarray(q, dtype=np.float64)
+
+
+def ends_of(length: float, elements: int | Array) -> Array:
+    """Ends of a number of elements, or those given.  Raises InvalidInputError: ends that cannot be used."""
+    ends = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
+    if len(ends) < 4 or np.any(np.diff(ends) <= 0.0):
+        # Fewer make a matrix smaller than its band.
+        raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
+    return ends

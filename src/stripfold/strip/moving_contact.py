@@ -21,7 +21,7 @@ from stripfold.base.errors import NewtonError
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 from stripfold.strip.contact_mesh import ContactMesh
-from stripfold.strip.effect import Effect
+from stripfold.strip.effects import Effect
 from stripfold.strip.model import Model
 from stripfold.strip.problem import Motion, StripProblem, TwoGrippers
 
@@ -255,11 +255,15 @@ class MovingContact:
         return self.at(self.contact(q)).model.admissibility(q[: self.n])
 
     def prescribed_values(self, lam: float) -> Array:
-        values = self.motion.values(lam)
+        values = self.motion.values(lam).copy()
+        if self.mesh.topology[0]:
+            values[1] = 0.0
         return np.concatenate([values, np.zeros(len(self.prescribed) - len(values))])
 
     def prescribed_rates(self, lam: float) -> Array:
-        rates = self.motion.rates(lam)
+        rates = self.motion.rates(lam).copy()
+        if self.mesh.topology[0]:
+            rates[1] = 0.0
         return np.concatenate([rates, np.zeros(len(self.prescribed) - len(rates))])
 
     def mid_surface(self, q: Array) -> Array:

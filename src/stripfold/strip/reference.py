@@ -20,9 +20,9 @@ from skfem.helpers import ddot, det, dot, eye, grad, inv, trace, transpose
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.strip.effect import Directors
-from stripfold.strip.model import NO_GROWTH, NONE
-from stripfold.strip.solid import Solid, ends_of, gauss, numbering
+from stripfold.strip.effects import Directors
+from stripfold.strip.model import NO_GROWTH, NONE, ends_of
+from stripfold.strip.solid import Solid, gauss, numbering
 
 LAWS = "svk", "printed"
 CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])

@@ -22,10 +22,9 @@ import numpy as np
 
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
-from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.strip.effect import Directors
-from stripfold.strip.model import Model
+from stripfold.strip.effects import Directors
+from stripfold.strip.model import Model, ends_of
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
@@ -125,10 +124,7 @@ class Rod(Model):
         ``elements``: number of elements, or their ends as distances from the grasped end, shape (m,).  Raises
         InvalidInputError: ends that cannot be used.
         """
-        s = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
-        if len(s) < 4 or np.any(np.diff(s) <= 0.0):
-            # Fewer make a matrix smaller than its band.
-            raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
+        s = ends_of(length, elements)
         unknowns, pattern = _numbering(len(s) - 1)
         return cls(length, thickness, s, unknowns, pattern)
 

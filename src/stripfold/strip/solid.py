@@ -22,10 +22,9 @@ import numpy as np
 
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
-from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.strip.effect import Directors
-from stripfold.strip.model import Model
+from stripfold.strip.effects import Directors
+from stripfold.strip.model import Model, ends_of
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
@@ -85,15 +84,6 @@ def numbering(along: int, order: int, across: int) -> tuple[Index, Index, BandPa
     column, node = (order * np.arange(n)[:, None] + np.arange(order + 1) for n in (along, across))
     of_elements = unknowns[column[:, None, :, None], node[None, :, None, :]].reshape(along * across, -1)
     return unknowns, of_elements, BandPattern.of(of_elements, unknowns.size)
-
-
-def ends_of(length: float, elements: int | Array) -> Array:
-    """Ends of a number of elements, or those given.  Raises InvalidInputError: ends that cannot be used."""
-    ends = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
-    if len(ends) < 4 or np.any(np.diff(ends) <= 0.0):
-        # Fewer make a matrix smaller than its band.
-        raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
-    return ends
 
 
 @dataclass(frozen=True)
