@@ -120,3 +120,14 @@ def test_an_interruption_while_the_command_line_is_imported_is_no_traceback() ->
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_what_is_done_stays_done(number: signal.Signals) -> None:
+    """A signal while Python ends, when its handlers are gone, does not take the place of the exit code."""
+    line = [sys.executable, "-m", "stripfold", *CRITICAL]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline()
+        process.send_signal(number)
+        assert process.wait(timeout=20) in (0, 128 + number)

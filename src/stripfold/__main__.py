@@ -9,7 +9,11 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     from stripfold import cli
 
-    return cli.main()
+    try:
+        return cli.main()
+    finally:
+        # What is done is done: while Python ends it has no handlers, and a signal would take the place of the exit code.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
 
 
 if __name__ == "__main__":
