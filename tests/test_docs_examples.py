@@ -12,8 +12,6 @@ import pytest
 from sessions import run_session
 
 ROOT = Path(__file__).resolve().parents[1]
-MADE = "examples.md"
-"""Shows the programs of `examples`, which have a test of their own."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +26,7 @@ class Example:
 
 def pages() -> list[Path]:
     """The README and the pages of docs that are written by hand."""
-    return [ROOT / "README.md", *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name != MADE)]
+    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def examples(page: Path) -> list[Example]:

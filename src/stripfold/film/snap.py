@@ -3,7 +3,7 @@
 The strip's speed u is the root mean square over material points of the part that is raised when the film begins: u^2
 is its kinetic energy over half its mass.  Before the snap u follows the gripper, u_0; the onset is when u has risen
 half-way from u_0 to its first peak.  It comes after the static critical point by a lag of order v^(2/3) to v^(4/5) in
-the gripper's speed (docs/physics.md, section 7).
+the gripper's speed (docs/physics.md, section 6).
 
 The definition depends on neither frame rate nor scale.  In a film u is estimated from the displacements within a fixed
 window of time before each moment.  The snap accelerates and ends abruptly in the touch: of a speed that grows
