@@ -12,7 +12,7 @@ def main() -> int:
     try:
         return cli.main()
     finally:
-        # What is done is done: while Python ends it has no handlers, and a signal would take the place of the exit code.
+        # While Python ends it has no handlers: a signal would take the place of the exit code.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
 
 

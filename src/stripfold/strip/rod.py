@@ -41,8 +41,8 @@ BENDING = (0.75, 0.25)
 """Shares of kappa^2 and of r''.r'' in the bending energy: it grows with the stretch as 1 + 3.5 eps.
 
 A plane section of St Venant-Kirchhoff material has 1 + 3 eps.  Another half stands for what the rod lacks, terms of
-theta'^4 and theta''^2: fitted to the solid with nu = 0, not derived.  With kappa^2 alone, or with 1 + 3 eps, lambda_c is
-several times farther from that one's.
+theta'^4 and theta''^2: fitted to the solid with nu = 0, not derived.  With kappa^2 alone, or with 1 + 3 eps, lambda_c
+is several times farther from that one's.
 """
 STRETCHING = np.concatenate([12.0 * W_STRETCH, np.zeros(6)])
 BENDING_STIFFNESS = np.concatenate([np.zeros(3), *(share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1]))])
