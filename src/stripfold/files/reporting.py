@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from stripfold.files import store
+from stripfold.base.version import version
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-import json
-from collections.abc import Iterator, Mapping
-
-from stripfold.base.version import version
 
 Progress = Callable[[str], None]
 Rows = list[tuple[str, str]]
@@ -53,6 +50,8 @@ class Result(ABC):
 
     def to_netcdf(self, file: str | os.PathLike[str]) -> None:
         """Store :meth:`to_dataset` with the inputs, the code's version and those of the libraries."""
+        from stripfold.files import store
+
         store.write(self.to_dataset(), file, title=self.title, config=self.config())
 
     def __eq__(self, other: object) -> bool:
