@@ -88,6 +88,7 @@ def test_an_assessed_path_can_be_watched(tmp_path: Path):
     assert has(seen[-1], colours.SETTLED)
 
 
+@pytest.mark.slow
 def test_a_collapse_to_the_touch_only_gives_the_same_file_again(tmp_path: Path):
     data = made_up.collapse(after=False)
     first, again = film(data, tmp_path / "touch.mp4"), film(data, tmp_path / "again.mp4")

@@ -286,17 +286,8 @@ def test_a_good_calibration_is_accepted_and_written(
     [
         ("chessboard", words(seen.CHESS, columns=8), "another board: chessboard with 9 x 6 inner corners"),
         ("chessboard", words(seen.CHARUCO), "another board: chessboard with 9 x 6 inner corners"),
-        (
-            "charuco",
-            words(seen.CHARUCO, columns=6),
-            "on a board of 6 x 5 squares it is 14",
-        ),
         ("charuco", words(seen.CHARUCO, columns=8), "do not lie as on one of 8 x 5 squares"),
-        (
-            "charuco",
-            words(seen.CHARUCO, rows=6),
-            "on a board of 7 x 6 squares it is 20",
-        ),
+        ("charuco", words(seen.CHARUCO, rows=6), "on a board of 7 x 6 squares it is 20"),
         ("charuco", words(seen.CHARUCO, dictionary="4x4_50"), "its markers are of 5x5_100"),
         ("charuco", words(seen.CHESS, columns=6, rows=4), "another board: ChArUco, its markers are of 5x5_100"),
     ],
