@@ -100,6 +100,9 @@ def test_what_is_no_number_is_null_in_json() -> None:
     nan = float("nan")
     text = as_json({"a": nan, "critical": [{"t": 0.5, "angle": nan}], "b": (1.0, float("inf"))})
     assert json.loads(text) == {"a": None, "critical": [{"t": 0.5, "angle": None}], "b": [1.0, None]}
+    assert json.loads(as_json({"numpys": [np.bool_(True), np.int64(2), np.float64("nan")]})) == {
+        "numpys": [True, 2, None]
+    }
 
 
 @pytest.mark.parametrize(

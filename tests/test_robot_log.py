@@ -11,6 +11,7 @@ import pytest
 import stripfold as sf
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
+from stripfold.files.reporting import as_json
 from stripfold.files.tables import read_table
 from stripfold.paths.table import LogFormat
 
@@ -163,6 +164,7 @@ def test_noise_is_smoothed_to_a_tolerance(tmp_path: Path, kind: str) -> None:
     places = np.array([found.curve.position(float(value)) for value in s])
     assert max(np.linalg.norm(true - place, axis=1).min() for place in places) < 1e-3
     verdicts = [STRIP.assess(path, model="rod") for path in (found, getattr(sf.paths, kind)(STRIP))]
+    assert "completed" in as_json(verdicts[0].to_dict())
     x, planned = (verdict.critical[0]["x"] for verdict in verdicts)
     assert x == pytest.approx(planned, abs=1e-3)
     # By the log's times: the robot is slow at both ends.

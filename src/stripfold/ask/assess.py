@@ -353,7 +353,7 @@ def assess(
     planned, landing = planned + fold_line, landing + fold_line
     states = found.static or found.states
     problem, last = states[-1]
-    completed = abs(last.lam - curve.length) < 1e-6
+    completed = bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
     end_error = float(np.linalg.norm(curve.position(last.lam) - end))
     in_place = completed and end_error <= largest_miss(strip.length, unit)

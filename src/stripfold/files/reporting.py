@@ -147,4 +147,5 @@ def as_json(values: Mapping[str, Any]) -> str:
             return [plain(item) for item in value]
         return None if isinstance(value, float) and not isfinite(value) else value
 
-    return json.dumps(plain(values), allow_nan=False)
+    # NumPy's integers and truth values are none of Python's.
+    return json.dumps(plain(values), allow_nan=False, default=lambda number: number.item())
