@@ -157,7 +157,8 @@ def timed_process(code: str, repeats: int = 1) -> tuple[list[float], list[str], 
         )
         walls.append(perf_counter() - began)
         if done.returncode:
-            raise StripfoldError(f"the timed process failed: {(done.stderr.strip() or 'no message').splitlines()[-1]}")
+            said = " ".join(done.stderr.split("\n")[-3:]).strip()
+            raise StripfoldError(f"the timed process failed: {said or 'no message'}")
         outputs.append(done.stdout)
         peaks.append(int(done.stderr.split()[-2]) * 1024 / 1e6)
     return walls[uncounted:], outputs[uncounted:], round(max(peaks), 1)
