@@ -73,7 +73,7 @@ def test_other_errors_are_one_line_too(
         "store.write(xr.Dataset({'x': ('node', random(9999), {'units': 'm', 'long_name': 'x'})}), 'out', title='x')",
         "store.write_text('x' * 9999, 'out')",
         "save_as(Figure(), 'out.png')",
-        "film(made_up.collapse(), 'out.mp4')",
+        pytest.param("film(made_up.collapse(), 'out.mp4')", marks=pytest.mark.slow),
         "calibration.write_calibration(Scene.of({}), 'out')",
     ],
 )

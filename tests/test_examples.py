@@ -20,7 +20,14 @@ from sessions import compare
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
+LONG = {"friction_needed", "r_path", "stability_map", "plan_a_fold"}
+"""Those of many seconds whose numbers other tests hold."""
 QUIET = {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def in_turn(paths: list[Path]) -> list[Any]:
+    """Cases by the name of the file; the long ones are slow tests."""
+    return [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else []) for path in paths]
 
 
 def test_there_are_nine_short_ones():
@@ -29,7 +36,7 @@ def test_there_are_nine_short_ones():
         assert 20 <= len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", in_turn(EXAMPLES))
 def test_it_runs(path: Path, tmp_path: Path):
     given = os.environ | QUIET
     done = subprocess.run([sys.executable, str(path)], cwd=tmp_path, env=given, capture_output=True, text=True)
@@ -38,7 +45,7 @@ def test_it_runs(path: Path, tmp_path: Path):
     assert done.stderr == ""
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", in_turn(NOTEBOOKS))
 def test_a_notebook_shows_what_its_cells_print(path: Path, tmp_path: Path):
     copy = Path(shutil.copy(path, tmp_path))
     line = [sys.executable, str(ROOT / "workflow/notebooks.py"), copy.name]
