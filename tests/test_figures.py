@@ -78,6 +78,7 @@ def has(frame: np.ndarray, colour: str) -> bool:
     return bool(np.any(np.abs(frame[::2, ::2].astype(int) - wanted).max(axis=2) < 20))
 
 
+@pytest.mark.slow
 def test_an_assessed_path_can_be_watched(tmp_path: Path):
     strip = sf.Strip(length=0.36, eta_b=3780)
     strip.assess(sf.paths.triangular(strip), fall=True, model="rod").film(tmp_path / "path.mp4")

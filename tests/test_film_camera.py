@@ -284,7 +284,10 @@ def test_a_good_calibration_is_accepted_and_written(
 @pytest.mark.parametrize(
     ("name", "described", "text"),
     [
-        ("chessboard", words(seen.CHESS, columns=8), "another board: chessboard with 9 x 6 inner corners"),
+        pytest.param(
+            *("chessboard", words(seen.CHESS, columns=8), "another board: chessboard with 9 x 6 inner corners"),
+            marks=pytest.mark.slow,
+        ),
         ("chessboard", words(seen.CHARUCO), "another board: chessboard with 9 x 6 inner corners"),
         ("charuco", words(seen.CHARUCO, columns=8), "do not lie as on one of 8 x 5 squares"),
         ("charuco", words(seen.CHARUCO, rows=6), "on a board of 7 x 6 squares it is 20"),
