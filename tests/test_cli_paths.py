@@ -41,7 +41,7 @@ def test_path_is_printed_and_written_alike(here: Path, kind: list[str], capsys: 
     assert back.pieces[-1].end == pytest.approx(back.length)
 
 
-@pytest.mark.parametrize("kind", ["r-path", "triangular"])
+@pytest.mark.parametrize("kind", [pytest.param("r-path", marks=pytest.mark.slow), "triangular"])
 def test_a_partial_fold_is_the_half_fold_of_a_shorter_strip(
     here: Path, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

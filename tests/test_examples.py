@@ -20,7 +20,7 @@ from sessions import compare
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
-LONG = {"friction_needed", "r_path", "stability_map", "plan_a_fold"}
+LONG = {"friction_needed", "r_path", "stability_map", "plan_a_fold", "measure_recording", "extend_the_paper"}
 """Those of many seconds whose numbers other tests hold."""
 QUIET = {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 

@@ -135,7 +135,10 @@ VIEWS = np.random.default_rng(5).uniform([-3.0, -3.0, 0.0, 0.4], [3.0, 3.0, 0.05
 """Tilt and turn of a camera, degrees, the strip's width over its distance, and the width, L*."""
 
 
-@pytest.mark.parametrize(("kind", "method", "size"), [("folded", "fold", 100.0), ("hanging", "cantilever", 2.0)])
+@pytest.mark.parametrize(
+    ("kind", "method", "size"),
+    [("folded", "fold", 100.0), pytest.param("hanging", "cantilever", 2.0, marks=pytest.mark.slow)],
+)
 def test_interval_holds_from_where_the_camera_may_stand(kind: str, method: str, size: float) -> None:
     """The near edge is in scale; what is behind it makes eta_b up to 7.5 % too high."""
     curve, unit = (drawn.folded(size), size) if kind == "folded" else (hanging(size), SPAN / size)

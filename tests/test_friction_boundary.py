@@ -19,6 +19,7 @@ LENGTH = 9.0 * MATERIAL.gravity_length
 COMMAND = ["map", "--length", f"{LENGTH:.12g}", "--eta-b", f"{ETA_B}", "--rho-a", f"{RHO_A}"]
 
 
+@pytest.mark.slow
 def test_little_friction_delays_by_the_law(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Truth: lambda_c of the elastica and its delay to first order, of which kappa_y takes up to a tenth."""
     star = 0.005

@@ -269,9 +269,11 @@ def swap(files: list[Path]) -> None:
     "damage",
     [
         pytest.param(each(lambda content: content[: len(content) // 2]), id="halved"),
-        pytest.param(each(lambda content: content[:-99] + b"\0" + content[-98:]), id="one byte"),
-        pytest.param(swap, id="swapped"),
-        pytest.param(replace_by_folders, id="folders"),
+        pytest.param(
+            each(lambda content: content[:-99] + b"\0" + content[-98:]), id="one byte", marks=pytest.mark.slow
+        ),
+        pytest.param(swap, id="swapped", marks=pytest.mark.slow),
+        pytest.param(replace_by_folders, id="folders", marks=pytest.mark.slow),
     ],
 )
 def test_a_damaged_cache_costs_nothing_but_time(compiled_package, tmp_path, damage):

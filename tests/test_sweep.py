@@ -152,7 +152,11 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize(
     ("method", "use"),
-    [("forkserver", UNGUARDED), ("spawn", UNGUARDED), ("fork", IN_A_POOL)],
+    [
+        ("forkserver", UNGUARDED),
+        pytest.param("spawn", UNGUARDED, marks=pytest.mark.slow),
+        pytest.param("fork", IN_A_POOL, marks=pytest.mark.slow),
+    ],
     ids=lambda given: given[:10].strip(),
 )
 def test_programs_start_sweeps_as_they_like(tmp_path, method, use):

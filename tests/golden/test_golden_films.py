@@ -55,7 +55,7 @@ def scene(eta_b: str, height: float, speed: float, seed: int) -> dict[str, Any]:
 
 
 def films() -> list[Any]:
-    """Rows of films.csv; three of them belong to the quick tests."""
+    """Rows of films.csv; one of them belongs to the quick tests."""
     with (Path(__file__).parent / "films.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     marks = {True: (), False: (pytest.mark.slow,)}
