@@ -25,7 +25,7 @@ SWEEP = "sweep grid.yaml --output o.nc --cores 2"
 COMMANDS = {
     f"assess path.csv {STRIP} --fall --output o.nc --plot o.png --film o.mp4": "state at",
     f"critical {STRIP} --height 0.09 --accuracy 1e-6 --plot o.png": "limit point",
-    "film fall.nc --output o.mp4": "drawing: 50 %",
+    "film fall.nc --output o.mp4": "drawing: 1 %",
     "measure filmed": "tracking: 1 %",
     "simulate scene.yaml --output o.nc --plot o.png": "state at",
 }

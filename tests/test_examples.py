@@ -20,14 +20,14 @@ from sessions import compare
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
-LONG = {"friction_needed", "r_path", "stability_map", "plan_a_fold", "measure_recording", "extend_the_paper"}
-"""Those of many seconds whose numbers other tests hold."""
+QUICK = {"critical_point", "model_choice", "why_it_snaps"}
+"""The others take seconds each, and other tests hold their numbers."""
 QUIET = {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def in_turn(paths: list[Path]) -> list[Any]:
-    """Cases by the name of the file; the long ones are slow tests."""
-    return [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else []) for path in paths]
+    """Cases by the name of the file; most are slow tests."""
+    return [pytest.param(path, id=path.stem, marks=[] if path.stem in QUICK else [pytest.mark.slow]) for path in paths]
 
 
 def test_there_are_nine_short_ones():
