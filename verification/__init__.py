@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 CHAPTERS = {
     "Statics": (
-        "paper printed_law models order low_paths barrier second_gripper stability_map knocks variants eigenvalues "
+        "paper printed_law models order low_paths barrier second_gripper stability_map variants "
         "explorer branches"
     ),
     "Folding paths and friction": (
-        "dynamics lag falls rpaths friction_delay friction_touch disturbed_rpath fabrics fabric_laws layer_friction"
+        "dynamics falls rpaths friction_delay friction_touch disturbed_rpath fabrics fabric_laws layer_friction"
     ),
     "Recordings": ("public_pictures altered_films eta_pictures recordings_accuracy video_benchmark"),
     "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),

@@ -12,7 +12,7 @@ from textwrap import fill
 
 SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
-    "Critical points": ["critical_points", "master_curve", "stability_map", "barrier", "eigenvalues"],
+    "Critical points": ["critical_points", "master_curve", "stability_map", "barrier"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
     "Folding paths of all materials": [
         "touch_error",
