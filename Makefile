@@ -71,7 +71,7 @@ starts: $(STAMP) ## Compute what is stored with the package anew
 	$(IN_VENV) python workflow/starts.py
 
 # Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.
-quick: $(STAMP) ## Run the whole chain small, in minutes, into a temporary folder
+quick: $(STAMP) ## Run the chain small, in minutes, into a temporary folder, without the longest studies
 	@out=$$(mktemp -d "$${TMPDIR:-/tmp}/stripfold-quick.XXXXXX") || exit 1; \
 	trap 'exit 130' INT; trap 'exit 143' TERM; \
 	echo "quick run into $$out"; \

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -90,8 +89,8 @@ def test_every_class_is_made_here() -> None:
 @pytest.mark.parametrize("name", MADE)
 def test_shown_copied_and_compared(name: str) -> None:
     found = made(name)
-    # To compute another map takes seconds.
-    other = replace(found, eigenvalues=-found.eigenvalues) if "Map" in name else made(name, 3600.0)
+    getattr(found, "eigenvalues", None)  # the copies of a map then have them too, and need no seconds to find them
+    other = made(name, 3600.0)
     if not isinstance(found, Exception):
         assert len(repr(found)) < 200
     assert "\n" not in repr(found)

@@ -113,6 +113,7 @@ def test_nonlinear_law_is_detected() -> None:
     assert found.fit.secant(1.0, SCALE) == pytest.approx(expected, rel=0.1)
 
 
+@pytest.mark.slow
 def test_slope_at_the_clamp() -> None:
     """Given, it decides where the law is not linear: that of the secant at the clamp; a linear strip has its own."""
     straight = drawn.picture(share("hanging", 2.0))

@@ -230,7 +230,7 @@ def kept(folder: Path) -> list[Path]:
 def test_the_cache_is_used_until_any_kernel_changes(copied):
     # Processes that compile at once do not disturb each other.
     with ThreadPoolExecutor() as pool:
-        assert len(list(pool.map(compile_in, 3 * [copied]))) == 3
+        assert len(list(pool.map(compile_in, 2 * [copied]))) == 2
     assert compile_in(copied) == (2, "")
     with (copied / "stripfold" / "kernels" / "compiler.py").open("a") as file:
         file.write("# changed\n")

@@ -113,7 +113,8 @@ class Configuration(Input):
     materials: Annotated[list[MaterialEntry], Field(min_length=1)]
     scale: Annotated[Literal["quick", "reader", "release"], Field(description="of the studies")] = "reader"
     studies: Annotated[
-        dict[str, dict[str, Any]], Field(description="arguments of studies that differ from their defaults")
+        dict[str, dict[str, Any] | Literal[False]],
+        Field(description="arguments of studies that differ from their defaults, or false: the study is left out"),
     ] = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -22,7 +22,7 @@ PICTURED = {"public_pictures", "eta_pictures"}
 STUDY_FILES = {
     name: f"{RESULTS}/studies/{name}.nc"
     for name in STUDIES
-    if name != "paper" and Path(NEEDED.get(name, ".")).exists()
+    if name != "paper" and Path(NEEDED.get(name, ".")).exists() and config["studies"].get(name) is not False
 }
 STUDY_CODE = [str(path) for path in sorted(Path("verification").rglob("*.py")) if ".venv" not in path.parts]
 # Those of a quick run share a few processes: most of the time of a small one is its start.

@@ -19,7 +19,6 @@ from stripfold.ask.friction import HISTORY, MOST, FrictionBoundary, friction_bou
 from stripfold.ask.inputs import MapInputs
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.progress import Percent
 from stripfold.elastica._continuation import SNAP, at_height, between, until
 from stripfold.elastica.barrier import barrier_coefficient, smallest_eigenvalue
 from stripfold.elastica.boundary import LENGTHS, TAUT, Boundary, lift_boundary, snap_boundary, touch_boundary
@@ -178,8 +177,6 @@ class StabilityMap(Result):
     ----------
     in_star
         The same map in units of L*, over the advance in place of x.
-    eigenvalues
-        Shape (z, x): smallest eigenvalue at the places of the grid, g/L*; nan where the strip cannot hang.
     with_friction
         The ends of the advance with friction, in units of L*; None where no friction is given.
     strip, seconds
@@ -187,7 +184,6 @@ class StabilityMap(Result):
     """
 
     in_star: GripperMap
-    eigenvalues: Array
     with_friction: FrictionBoundary | None
     strip: MapInputs
     seconds: float
@@ -210,13 +206,20 @@ class StabilityMap(Result):
         say = progress or (lambda _: None)
         say("boundaries")
         found = gripper_map(strip.length_star)
-        advance, heights = found.grid
-        each = Percent(say, "eigenvalues").each(heights, len(heights))
-        rows = [found.eigenvalues(advance, float(z)) for z in each]
         friction = None
         if moment is not None:
             friction = friction_boundary(strip.length_star, moment / strip.material.scales["N"], say)
-        return cls(found, np.array(rows), friction, strip, perf_counter() - began)
+        return cls(found, friction, strip, perf_counter() - began)
+
+    @cached_property
+    def eigenvalues(self) -> Array:
+        """Smallest eigenvalue at the places of the grid, g/L*, shape (z, x); nan where the strip cannot hang.
+
+        Seconds, where the map takes one: computed when it is asked for.  Raises SolveError: as in
+        :meth:`GripperMap.eigenvalues`.
+        """
+        advance, heights = self.in_star.grid
+        return np.array([self.in_star.eigenvalues(advance, float(z)) for z in heights])
 
     @property
     def touch_limit(self) -> float:
