@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from stripfold import Strip
 from stripfold.base.errors import SolveError
 from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touches
@@ -117,3 +118,12 @@ def test_a_moving_gripper(found: Fallen) -> None:
 def test_no_snap_no_fall() -> None:
     with pytest.raises(SolveError, match="no fall to follow"):
         fall.collapse(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
+
+
+def test_statics_alone_end_at_the_critical_point() -> None:
+    strip = Strip(length=0.4, eta_b=3780)
+    with_fall = strip.collapse(0.06, model="rod", release={"until": "touch"})
+    alone = strip.collapse(0.06, model="rod", effects={"inertia": "off"})
+    assert alone.lambda_c == with_fall.lambda_c
+    assert np.isnan(alone.touch).all()
+    assert alone.dataset.attrs["end"] == "the critical point: statics alone do not lead past it"

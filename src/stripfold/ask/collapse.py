@@ -37,6 +37,7 @@ ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "friction
 """Terms of the energy balance that are stored."""
 IN_STATICS = ("kinetic", "elastic", "gravity")
 ENDS = {
+    End.SNAP: "another critical point",
     End.TOUCH: "first touch",
     End.REST: "rest after the fall: statics do not know the friction between the layers",
     End.LIFTED: End.LIFTED.value,
@@ -196,8 +197,8 @@ def _dataset(simulation: Simulation, found: Track) -> xr.Dataset:
         "settle_time": _time(falling[-1]) if falling and simulation.until == "rest" else nan,
     }
     end = ENDS[found.end]
-    if found.end is End.SNAP:
-        end = "another critical point" if falling else "the critical point: statics alone do not lead past it"
+    if found.end is End.SNAP and not falling:
+        end = "the critical point: statics alone do not lead past it"
     on = ("state", "node")
     return schema.dataset(
         {
