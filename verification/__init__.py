@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 CHAPTERS = {
     "Statics": (
-        "paper printed_law models order low_paths barrier second_gripper stability_map variants "
-        "explorer branches"
+        "paper printed_law models order low_paths barrier second_gripper stability_map variants explorer branches"
     ),
     "Folding paths and friction": (
         "dynamics falls rpaths friction_delay friction_touch disturbed_rpath fabrics fabric_laws layer_friction"

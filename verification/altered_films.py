@@ -60,9 +60,9 @@ OFF = 0.1
 
 
 def run(
-    looks: int = 3,
-    moved: int = 4,
-    templates: int = 2,
+    looks: int = 2,
+    moved: int = 2,
+    templates: int = 1,
     seed: int = 1,
     threads: int = 1,
     progress: Progress | None = None,

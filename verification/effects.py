@@ -36,25 +36,6 @@ VALUES = (
 SCENES = (
     {"name": "paper's", "length": 0.48, "height": 0.09, "eta_b": 3780.0, "disturbance": 0.01, "until": "touch"},
     {
-        "name": "thin",
-        "length": 0.48,
-        "height": 0.09,
-        "eta_b": 3780.0,
-        "eta_m": 0.0001,
-        "disturbance": 0.01,
-        "until": "touch",
-    },
-    {
-        "name": "thick, nu = 0.45",
-        "length": 0.48,
-        "height": 0.09,
-        "eta_b": 3780.0,
-        "eta_m": 0.01,
-        "nu": 0.45,
-        "disturbance": 0.01,
-        "until": "touch",
-    },
-    {
         "name": "tossed",
         "length": 0.0761,
         "height": 0.019,

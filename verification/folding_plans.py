@@ -61,7 +61,7 @@ def case(number: int, seed: int) -> tuple[PlanInputs, float]:
     return PlanInputs(**asked, layers_may_slide=bool(slides)), speed
 
 
-def run(cases: int = 6, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+def run(cases: int = 4, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """Plan for the first random strips of the sequence that ``seed`` starts, and check each.
 
     Dataset over ``case``: the path, "none" or "failed"; ``safe``: whether it is stable on finer elements with all three

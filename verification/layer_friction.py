@@ -52,7 +52,7 @@ def run(
     coefficients: Sequence[float] = (0.0, 0.4),
     shown: float = 0.4,
     long: float = 24.0,
-    speeds: Sequence[float] = (0.4,),
+    speeds: Sequence[float] = (),
     finer: Sequence[str] = ("circular",),
     varied: Sequence[str] = PATHS,
     refinement: float = 1.0,

@@ -24,7 +24,7 @@ HEIGHT, ETA_B = (0.03, 0.12), (820.0, 30200.0)
 """m, m^-4 s^2: the strips snap, and at the lowest heights touch first."""
 
 
-def run(elastica: int = 100, rod: int = 24, checked: int = 10, seed: int = 1, threads: int = 1) -> xr.Dataset:
+def run(elastica: int = 60, rod: int = 16, checked: int = 10, seed: int = 1, threads: int = 1) -> xr.Dataset:
     """One sweep of each model over ``model``.
 
     ``elastica``, ``rod``: numbers of heights and of values of eta_b: the square of it is the number of scenes.
