@@ -286,6 +286,7 @@ def test_a_damaged_cache_costs_nothing_but_time(compiled_package, tmp_path, dama
     assert compile_in(package, **home) == (2, "")
 
 
+@pytest.mark.slow
 def test_a_package_that_cannot_be_written_to_loads_its_own_or_uses_the_users_cache(copied, tmp_path):
     package, nowhere = copied / "stripfold" / "kernels" / "__pycache__", {"XDG_CACHE_HOME": os.devnull}
     package.mkdir()

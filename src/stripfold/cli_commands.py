@@ -411,7 +411,7 @@ def map_(arguments: argparse.Namespace, say: Say) -> str:
 def assess_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import PathInputs
 
-    parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
+    parser.add_argument("path", metavar="PATH.csv", help="t,x,z, and angle if known, as stripfold path writes it")
     options(parser, PathInputs, (*STRIP, *SHEET, "rho_a", "model"))
     _fold_option(parser)
     log = parser.add_argument_group("a robot's log")
@@ -423,7 +423,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--smooth", type=metres, metavar="M", help=text)
     options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
-    options(parser, PathInputs, ("layer_friction", "step", "second_gripper"))
+    options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper"))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
     plot_option(parser, "the strip along the path")
     parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
 from math import isfinite, isnan, nan
 from time import perf_counter
@@ -38,6 +38,7 @@ from stripfold.follow.track import (
     lying_length,
     mid_surfaces,
     peak_forces,
+    peak_moment,
     peak_push,
     peak_speed,
     shape_error,
@@ -91,6 +92,8 @@ class PathAssessment(Result):
         Length that lies from the held end in the last state.
     peak_force, peak_hold
         Largest force of the gripper, and horizontal force of the held end, in the static states.
+    peak_moment
+        Largest moment of a clamp on the strip's end in the static states, N (per width); 0 of a hinge.
     peak_push, push_z
         Largest push of the gripper on what lies, and its height then; 0 and nan without one.
     bump
@@ -124,6 +127,7 @@ class PathAssessment(Result):
     lying_length: float
     peak_force: float
     peak_hold: float
+    peak_moment: float
     peak_push: float
     push_z: float
     bump: float
@@ -157,6 +161,7 @@ class PathAssessment(Result):
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
             ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
+            *([] if self.asked.gripper == "hinge" else [("peak moment", self._clamped())]),
             ("peak push", self._push()),
             ("completed", self._completed()),
             *self._second_rows(),
@@ -195,6 +200,10 @@ class PathAssessment(Result):
         if isnan(self.landing_x):
             return f"no: no folded state is known of a strip of this length; {place}"
         return f"{'yes' if self.folded else 'no'}: {place}"
+
+    def _clamped(self) -> str:
+        how = {"fixed": "does not turn", "turning": "turns as the path says"}[self.asked.gripper]
+        return f"{self.peak_moment:.4g} N  (of the clamp, per width; it {how})"
 
     def _push(self) -> str:
         """The push on what lies, and the bump that would grow under it."""
@@ -303,7 +312,10 @@ def assess(
     not be is said in ``failure``.
     """
     began, material, unit = perf_counter(), asked.material, asked.gravity_length
-    curve = path.curve.scaled(1.0 / unit)
+    curve = replace(path.curve.scaled(1.0 / unit), gripper=asked.gripper)
+    if asked.gripper == "turning" and not curve.turns:
+        advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
+        raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
     strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     again: Callable[[], Track]
@@ -371,6 +383,7 @@ def assess(
         lying_length=unit * lying_length(problem, last),
         peak_force=material.force_scale * peak_force,
         peak_hold=material.force_scale * peak_hold,
+        peak_moment=material.scales["N"] * peak_moment(states),
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
         bump=unit * BUMP / push**2 if push else nan,

@@ -37,6 +37,7 @@ from stripfold.base.validation import (
     read_yaml,
     value_meant,
 )
+from stripfold.paths.curve import Gripper
 
 LENGTH_STAR = (3.0, 150.0)
 """Allowed strip lengths, L*.  The shortest strip that can snap is twice as long; the longest is a matter of cost."""
@@ -231,6 +232,22 @@ class PathInputs(Strip):
     step: Annotated[Number | None, quantity("step size with friction; by default 0.1 L*", "m", ge=1e-9, le=1e6)] = None
 
     second_gripper: SecondPlace = None
+    gripper: Annotated[
+        Gripper,
+        Field(
+            description="how it holds the strip: as a hinge, or clamped and fixed as it grasped the flat strip, or "
+            "turning as the path says"
+        ),
+    ] = "hinge"
+
+    @model_validator(mode="after")
+    def _check_gripper(self) -> Self:
+        if self.gripper != "hinge":
+            for name in ("fall", "layer_friction", "second_gripper"):
+                if getattr(self, name) not in (None, False):
+                    allowed = f"hinge together with {name}"
+                    raise InvalidInputError("gripper", self.gripper, allowed, "a clamp is there in statics only")
+        return self
 
     @model_validator(mode="after")
     def _check_friction(self) -> Self:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stripfold.ask.plan import FoldingPlan
     from stripfold.base.validation import Input, MovingModel
     from stripfold.paths import FoldPath
+    from stripfold.paths.curve import Gripper
 
     M = TypeVar("M", bound=Input)
 
@@ -185,6 +186,7 @@ class Strip:
         step: float | None = None,
         second_gripper: float | Literal["auto"] | None = None,
         model: MovingModel = "solid",
+        gripper: Gripper = "hinge",
         progress: Progress | None = None,
     ) -> PathAssessment:
         """Assess a gripper path: critical points, first touch, final shape, forces.
@@ -213,6 +215,9 @@ class Strip:
             critical point on, or "auto": the result then has a ``second_gripper``; without friction.
         model
             "solid" or "rod".
+        gripper
+            How it holds the strip: "hinge", as in the paper; clamped, "fixed" as it grasped the flat strip, or
+            "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is for statics only.
 
         Raises
         ------

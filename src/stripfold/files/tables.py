@@ -78,7 +78,12 @@ class Table:
 
 
 def read_table(
-    key: str, path: Path, header: str, limits: tuple[int, int], columns: Sequence[str] | None = None
+    key: str,
+    path: Path,
+    header: str,
+    limits: tuple[int, int],
+    columns: Sequence[str] | None = None,
+    more: Sequence[str] = (),
 ) -> Table:
     """The entries of a table in the columns asked for; empty lines and lines that begin with # or % are ignored.
 
@@ -88,8 +93,9 @@ def read_table(
 
     ``key``: name of the table, for errors.  ``header``: names of the columns, separated by commas; the file may have
     more, in any order.  ``limits``: smallest and largest number of rows.  ``columns``: where these columns are: their
-    names in the file, or their numbers from 1 on; empty where they are not given, None where they cannot be.  Raises
-    InvalidInputError: no such file, no such columns, or too few or too many rows.
+    names in the file, or their numbers from 1 on; empty where they are not given, None where they cannot be.  ``more``:
+    names of columns that come behind these where the file has them.  Raises InvalidInputError: no such file, no such
+    columns, or too few or too many rows.
     """
     allowed = f"a CSV file with the header {header} and {limits[0]} to {limits[1]} rows"
     try:
@@ -133,6 +139,7 @@ def read_table(
         raise InvalidInputError(
             key, str(path), f"the header {header}, or rows of {len(asked)} numbers", f"{found}; {way}"
         )
+    places += [place for name in more if (place := _place(name, names, 0)) is not None]
     units = tuple(_unit(key, path, names[place]) if names else "" for place in places)
     other = dict.fromkeys(unit for unit in units if unit and _UNITS[unit] != 1.0)
     assumed = [

@@ -107,7 +107,7 @@ class _StepProblem(MovingContact):
 def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Motion, float]]:
     """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece."""
     for piece in path.pieces:
-        motion = AlongPath(piece, length)
+        motion = AlongPath(piece, length, path.gripper)
         count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
         for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
             yield motion, float(travelled)
@@ -122,7 +122,8 @@ def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: floa
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
     travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
-    return with_effects(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], length), travelled), effects)
+    motion = AlongPath(path.pieces[0], length, path.gripper)
+    return with_effects(contact_branch.from_flat(mesh, motion, travelled), effects)
 
 
 def load_path(

@@ -271,7 +271,7 @@ def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     piece, first = path.pieces[0], FIRST
     while (height := piece.position(first)[1]) > (1.0 + 1e-9) * LOW:
         first *= LOW / height
-    return contact_branch.from_flat(mesh, AlongPath(piece, length), first)
+    return contact_branch.from_flat(mesh, AlongPath(piece, length, path.gripper), first)
 
 
 def follow(
@@ -307,7 +307,7 @@ def follow(
             end = End.PATH
         else:
             piece += 1
-            turned = _turned(at, AlongPath(path.pieces[piece], length))
+            turned = _turned(at, AlongPath(path.pieces[piece], length, path.gripper))
             if critical.is_past(turned.point):
                 # It does not follow the new direction.
                 events.append(_at_change(at, turned))

@@ -20,12 +20,12 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
 from stripfold.follow.contact import lies_apart, lift_off, touch_position, touches
-from stripfold.follow.contact_branch import TOUCH_TOLERANCE, BranchPoint
+from stripfold.follow.contact_branch import LOW, TOUCH_TOLERANCE, BranchPoint
 from stripfold.paths.rpath import HalfFold
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
-from stripfold.strip.problem import StripProblem
+from stripfold.strip.problem import StripProblem, clamp_of
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
 """At a snap-through the state ceases to exist, at a bifurcation two states meet."""
@@ -319,6 +319,12 @@ def peak_forces(states: Sequence[StripState]) -> tuple[float, float]:
     """Largest force of the gripper, and largest horizontal force of the held end, over states."""
     forces = [grip_and_hold(*state) for state in states]
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
+
+
+def peak_moment(states: Sequence[StripState]) -> float:
+    """Largest moment of a clamp on the end of the strip off the floor, over states, rho_a g L*^2; 0 of a hinge."""
+    clamps = ((clamp_of(of.motion, of.model, at.lam), of, at) for of, at in states)
+    return max((abs(c.moment(at.q)) for c, of, at in clamps if c and at.q[of.model.middle[0, 1]] > LOW), default=0.0)
 
 
 def peak_push(states: Sequence[StripState]) -> tuple[float, float]:

@@ -10,14 +10,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
 from stripfold.base.arrays import Array, ByValue
 
 if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+    from scipy.interpolate import BSpline, PPoly
+
+
+Gripper = Literal["hinge", "fixed", "turning"]
+"""How the end of the strip is held: freely to turn, or clamped by a gripper that does not turn or turns as planned."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,18 @@ class Piece(ABC):
     def rate(self, s: float) -> Array:
         """Its derivative, of about unit length."""
 
+    @property
+    def turns(self) -> bool:
+        """Whether it says how the gripper turns."""
+        return False
+
+    def angle(self, s: float) -> tuple[float, float]:
+        """Rotation of the gripper at the length travelled ``s``, rad, and its derivative.
+
+        It is 0 where the gripper grasps the flat strip, and pi on the folded one.
+        """
+        raise NotImplementedError
+
     def moved(self, factor: float, x: float) -> Self:
         """The same piece with all lengths multiplied, then shifted along the floor."""
         raise NotImplementedError
@@ -49,18 +65,20 @@ class Interpolated(ByValue, Piece):
     """A line through two points or a cubic spline through more.
 
     ``points``: shape (n, 2).  ``travelled``: lengths travelled there, shape (n,).  ``above_floor``: whether what lies
-    below the floor between the points is kept on it.
+    below the floor between the points is kept on it.  ``angles``: rotation of the gripper there, rad, shape (n,); None
+    where it is not known.
     """
 
     points: Array
     travelled: Array
     above_floor: bool = False
+    angles: Array | None = None
 
     @classmethod
-    def through(cls, points: Array, start: float, name: str) -> Self:
+    def through(cls, points: Array, start: float, name: str, angles: Array | None = None) -> Self:
         """Over :func:`polygon_length`."""
         travelled = polygon_length(points, start)
-        return cls(float(travelled[0]), float(travelled[-1]), name, points, travelled)
+        return cls(float(travelled[0]), float(travelled[-1]), name, points, travelled, angles=angles)
 
     @cached_property
     def _spline(self) -> tuple[BSpline, BSpline]:
@@ -69,6 +87,20 @@ class Interpolated(ByValue, Piece):
 
         spline = make_interp_spline(self.travelled, self.points, k=min(3, len(self.points) - 1))
         return spline, spline.derivative()
+
+    @property
+    def turns(self) -> bool:
+        return self.angles is not None
+
+    @cached_property
+    def _angle(self) -> PPoly:
+        """Monotonic where the angles are: a gripper does not swing to and fro between two of them."""
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.travelled, self.angles)
+
+    def angle(self, s: float) -> tuple[float, float]:
+        return float(self._angle(s)), float(self._angle(s, 1))
 
     def position(self, s: float) -> Array:
         if len(self.points) == 2:
@@ -87,11 +119,11 @@ class Interpolated(ByValue, Piece):
         return replace(self, start=start, end=end, points=points, travelled=factor * self.travelled)
 
 
-def pieces_through(parts: Iterable[tuple[str, Array]]) -> tuple[Interpolated, ...]:
-    """Pieces one after the other, from their names and points."""
+def pieces_through(parts: Iterable[tuple[str, Array] | tuple[str, Array, Array]]) -> tuple[Interpolated, ...]:
+    """Pieces one after the other, from their names, points and, where they are known, angles at these."""
     pieces: list[Interpolated] = []
-    for name, points in parts:
-        pieces.append(Interpolated.through(points, pieces[-1].end if pieces else 0.0, name))
+    for name, points, *angles in parts:
+        pieces.append(Interpolated.through(points, pieces[-1].end if pieces else 0.0, name, *angles))
     return tuple(pieces)
 
 
@@ -107,13 +139,14 @@ class GripperPath(ByValue):
     ``name``: name of the path.  ``pieces``: the first starts at 0, each at the end of the one before.  ``stamps``:
     lengths travelled, shape (n,), and the pseudo times there and the rows of the file; by default pseudo time is the
     share of the length.
-    ``warnings``: what was changed in a path that was read.
+    ``warnings``: what was changed in a path that was read.  ``gripper``: how it holds the strip.
     """
 
     name: str
     pieces: tuple[Piece, ...]
     stamps: tuple[Array, Array, Array] | None = None
     warnings: tuple[str, ...] = ()
+    gripper: Gripper = "hinge"
 
     @property
     def length(self) -> float:
@@ -143,6 +176,15 @@ class GripperPath(ByValue):
     def rate(self, s: float) -> Array:
         """Its derivative; at a corner that of the piece that ends there."""
         return self._piece(s).rate(s)
+
+    @property
+    def turns(self) -> bool:
+        """Whether it says how the gripper turns."""
+        return all(piece.turns for piece in self.pieces)
+
+    def angle(self, s: float) -> tuple[float, float]:
+        """Rotation of the gripper and its derivative, as of the piece."""
+        return self._piece(s).angle(s)
 
     def _piece(self, s: float) -> Piece:
         return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1])

@@ -82,7 +82,7 @@ class FoldPath(ByValue):
         return table.SPACING * self.gravity_length
 
     def as_text(self) -> str:
-        """The path as a table ``t,x,z``."""
+        """The path as a table ``t,x,z``, and ``angle``, degrees, where it says how the gripper turns."""
         comment = f"{self.name}, length {self.length:g} m, L* {self.gravity_length:.6g} m"
         fold = "" if self.fold_at is None else f", fold at {self.fold_at:g} m"
         return table.as_text(self.curve, self.spacing, (comment + fold,))
@@ -93,7 +93,7 @@ class FoldPath(ByValue):
         return {"path": self.name, "t": t, "x": x, "z": z}
 
     def to_csv(self, file: str | os.PathLike[str]) -> None:
-        """Write the table ``t,x,z`` that :func:`read` takes."""
+        """Write the table :meth:`as_text`, which :func:`read` takes."""
         from stripfold.files.store import write_text
 
         write_text(self.as_text(), file)
@@ -187,8 +187,9 @@ def read(
     """A path of your own from a CSV file with the columns ``t,x,z``: pseudo time, ascending; place of the gripper, m.
 
     It starts at (-length/2, 0), where the flat strip ends.  Rows that turn by more than 10 degrees are corners; between
-    corners a spline goes through the rows.  A robot's log may miss the start, the floor or the strip's length by 5 mm
-    and 5 % of the length: it is moved, and ``curve.warnings`` says how.
+    corners a spline goes through the rows.  A column ``angle`` is the rotation of the gripper, degrees: 0 where it
+    grasps the flat strip, 180 on the folded one.  A robot's log may miss the start, the floor or the strip's length by
+    5 mm and 5 % of the length: it is moved, and ``curve.warnings`` says how.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizontal_force, states_point_contact
 from stripfold.elastica.state import State
-from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
+from stripfold.paths.curve import GripperPath, pieces_through
 
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
@@ -60,6 +60,15 @@ class PlannedState:
     def force_x(self) -> float:
         """Horizontal force in the strip and at the held end, positive for tension, rho_a g L*."""
         return self.parts[0].state.force_x if self.parts else 0.0
+
+    @property
+    def angle(self) -> float:
+        """Rotation of the gripper with the end of the strip, rad: 0 on the flat strip, pi on the folded one."""
+        if not self.parts:
+            return 0.0
+        *_, (state, _, direction) = self.parts
+        end = float(state.theta[-1])
+        return end if direction < 0.0 else np.pi - end
 
     @property
     def first_integral_error(self) -> float:
@@ -193,9 +202,11 @@ def plan_r_path(length: float) -> RPath:
     # Each phase begins with the last state of the one before: here of `roll`, with the longest upper part.
     lay = [roll[-1], *(planned(loop, part) for part in upper[-2::-1]), fold.folded]
     phases = {"lift": lift, "carry": carry, "roll": roll, "lay": lay}
-    points = {name: np.array([state.gripper for state in states]) for name, states in phases.items()}
-    pieces = pieces_through(points.items())
-    at_states = np.concatenate([polygon_length(points[piece.name], piece.start) for piece in pieces])
+    pieces = pieces_through(
+        (name, np.array([state.gripper for state in states]), np.array([state.angle for state in states]))
+        for name, states in phases.items()
+    )
+    at_states = np.concatenate([piece.travelled for piece in pieces])
     at_states.flags.writeable = False  # the plan is cached
     return RPath(
         **vars(fold),

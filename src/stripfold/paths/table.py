@@ -16,10 +16,10 @@ from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import UNITS
 from stripfold.base.validation import Input, Number, Text
-from stripfold.files.tables import read_table
+from stripfold.files.tables import Table, read_table
 from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 
-HEADER = "t,x,z"
+HEADER, ANGLE = "t,x,z", "angle"
 CORNER = float(np.deg2rad(10.0))
 """Change of direction, rad, above which a row is a corner: smooth paths are sampled more finely."""
 MAX_ROWS = 20_000
@@ -35,6 +35,8 @@ STIFFEST = 16.0
 HALVINGS = 12
 FEWEST = 8
 """Rows below which there is nothing to smooth."""
+LARGEST_TURN = 60.0
+"""Rotation of the gripper from one row to the next that is refused, degrees: angles are to be continuous."""
 
 
 class LogFormat(Input):
@@ -92,18 +94,21 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
 
     ``path``: table with the columns ``t,x,z`` (:func:`.read_table`): pseudo time, increasing, of which the first is
     taken off; position of the gripper, m, with the origin mid-strip on the floor.  ``length``: length of the strip,
-    L*.  ``unit``: L*, m.  ``log``: where the table has other columns, another unit or frame, or noise.  Raises
-    InvalidInputError: not such a table, or a path that a strip of this length cannot follow; the message names the row.
+    L*.  ``unit``: L*, m.  ``log``: where the table has other columns, another unit or frame, or noise.  A column
+    ``angle`` is the rotation of the gripper, degrees, 0 where it grasps the flat strip and 180 on the folded one.
+    Raises InvalidInputError: not such a table, or a path that a strip of this length cannot follow; the message names
+    the row.
     """
     path, log = Path(path), log or LogFormat()
-    table = read_table("path", path, HEADER, (2, MAX_ROWS), log.names)
-    stated = {name for name in table.units[1:] if name}
+    table = read_table("path", path, HEADER, (2, MAX_ROWS), log.names, (ANGLE,))
+    stated = {name for name in table.units[1:3] if name}
     if log.unit and stated - {log.unit}:
         raise InvalidInputError("unit", log.unit, f"{' and '.join(stated)}, as the header says", "leave it out")
     numbers = table.numbers()
-    in_metres = [1.0 if name else UNITS["m"][log.unit or max(stated, default="m")] for name in table.units[1:]]
-    t, positions = numbers[:, 0] - numbers[0, 0], log.in_frame(numbers[:, 1:] * in_metres) / unit
+    in_metres = [1.0 if name else UNITS["m"][log.unit or max(stated, default="m")] for name in table.units[1:3]]
+    t, positions = numbers[:, 0] - numbers[0, 0], log.in_frame(numbers[:, 1:3] * in_metres) / unit
     table.check_increasing(t)
+    angles = _checked_angles(table, numbers[:, 3]) if numbers.shape[1] > 3 else None
     keep = np.ones(len(t), dtype=bool)
     if log.smooth is not None:
         positions, keep = smoothed(positions, log.smooth / unit)
@@ -117,10 +122,13 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     if moved.sum() < 2:
         raise InvalidInputError("path", str(path), "at least two different places")
     shown, positions = shown[moved], positions[moved]
+    turned = [] if angles is None else [angles[keep][moved]]
     direction = np.diff(positions, axis=0) @ [1.0, 1j]
     turn = np.abs(np.angle(direction[1:] / direction[:-1]))
     ends = [0, *(np.flatnonzero(turn > CORNER) + 1), len(positions) - 1]
-    parts = ((f"rows {i + 1} to {j + 1}", positions[i : j + 1]) for i, j in pairwise(ends))
+    parts = (
+        (f"rows {i + 1} to {j + 1}", positions[i : j + 1], *(of[i : j + 1] for of in turned)) for i, j in pairwise(ends)
+    )
     # A row on the floor has no business under it between the rows either.
     above_floor = bool(warnings or log.smooth)
     pieces = tuple(replace(piece, above_floor=above_floor) for piece in pieces_through(parts))
@@ -134,6 +142,16 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
         allowed = "at least 0 m, the floor, also between the rows"
         raise InvalidInputError("z", lowest * unit, allowed, "give more rows where it bends")
     return found
+
+
+def _checked_angles(table: Table, angles: Array) -> Array:
+    """The rotation of the gripper at each row, rad."""
+    steps = np.abs(np.diff(angles, prepend=0.0))
+    if steps.max() > LARGEST_TURN:
+        row = int(np.argmax(steps > LARGEST_TURN))
+        allowed = f"degrees, 0 where the gripper grasps the flat strip, within {LARGEST_TURN:g} of the row before"
+        raise InvalidInputError(ANGLE, float(angles[row]), allowed, table.place(row))
+    return np.asarray(np.deg2rad(angles))
 
 
 def largest_miss(length: float, unit: float) -> float:
@@ -246,6 +264,10 @@ def rows(path: GripperPath, spacing: float) -> Array:
 
 def as_text(path: GripperPath, spacing: float, comments: tuple[str, ...] = ()) -> str:
     """A path in metres as a table that :func:`read` accepts, after lines of comments."""
-    lines = [f"# {line}" for line in comments] + [HEADER]
-    lines += [f"{t:.9g},{x:.9g},{z:.9g}" for t, x, z in rows(path, spacing)]
+    places = rows(path, spacing)
+    if path.turns:
+        angles = [np.rad2deg(path.angle(float(s))[0]) for s in path.sampled(spacing)[0]]
+        places = np.column_stack([places, angles])
+    lines = [f"# {line}" for line in comments] + [f"{HEADER},{ANGLE}" if path.turns else HEADER]
+    lines += [",".join(f"{value:.9g}" for value in row) for row in places]
     return "\n".join(lines) + "\n"

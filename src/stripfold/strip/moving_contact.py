@@ -23,7 +23,7 @@ from stripfold.solve.problem import Equilibrium, Point, Tangent
 from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.effects import Effect
 from stripfold.strip.model import Model
-from stripfold.strip.problem import Motion, StripProblem, TwoGrippers
+from stripfold.strip.problem import Clamp, Motion, StripProblem, TwoGrippers, clamp_of
 
 LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
@@ -191,12 +191,18 @@ class MovingContact:
             equations[self.gripped] = q[self.n :][self.gripped] - self.motion.s
         return np.concatenate([force, self._sign * equations])
 
+    def _clamp(self, lam: float) -> Clamp | None:
+        """The clamp, if any; on the floor the strip's end lies, whatever holds it."""
+        return None if self.mesh.topology[0] else clamp_of(self.motion, self.mesh.model, lam)
+
     def residual(self, q: Array, lam: float) -> Array:
         u, contact = q[: self.n], q[self.n :]
         strip = self.at(contact)
         force = strip.model.internal_force(u) + self.mesh.weight(contact)[0]
         for effect in strip.effects:
             effect.add(u, force)
+        if clamp := self._clamp(lam):
+            clamp.add(u, force)
         return self._with_equations(q, force)
 
     @cached_property
@@ -222,7 +228,11 @@ class MovingContact:
                 # That of a solution serves its tangent and its eigenvalues.
                 self._linearised.clear()
                 self._linearised[key] = force, matrix
-        return force, matrix, np.zeros(self.size)
+        if (clamp := self._clamp(lam)) is None:
+            return force, matrix, np.zeros(self.size)
+        u, force = q[: self.n], force.copy()
+        clamp.add(u, force)
+        return force, replace(matrix, block=clamp.tangent(matrix.block)), clamp.force_rate(u, self.size)
 
     def _assembled(self, q: Array, predicted_stress: Array | None) -> tuple[Array, Bordered]:
         u, contact = q[: self.n], q[self.n :]

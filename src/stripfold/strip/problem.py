@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import Gripper, GripperPath, Piece
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.problem import FixedUnknowns
 from stripfold.strip.effects import Effect, Hysteresis
@@ -25,6 +25,10 @@ from stripfold.strip.self_contact import SelfContact
 if TYPE_CHECKING:
     from stripfold.kernels.bending import Springs
     from stripfold.kernels.elements import Elements
+
+
+CLAMPING = 1e5
+"""Stiffness of a clamp against a turn, rho_a g L*^2 per rad, where a strip's moments are a few: it gives 1e-5 rad."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +68,16 @@ class AlongPath:
     path: Piece | GripperPath
     length: float
     """Length of the strip, L*."""
+    gripper: Gripper = "hinge"
 
     def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0])
+
+    def clamp(self, model: Model, lam: float) -> Clamp | None:
+        """The clamp that holds the end of the strip; None of a hinge."""
+        if self.gripper == "hinge":
+            return None
+        return Clamp(model, *(self.path.angle(lam) if self.gripper == "turning" else (0.0, 0.0)))
 
     def values(self, lam: float) -> Array:
         return self.path.position(lam) + np.array([self.length / 2.0, 0.0])
@@ -111,6 +122,69 @@ class Opened:
 
     def rates(self, lam: float) -> Array:
         return np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Clamp:
+    """A spring of :data:`CLAMPING` that keeps the first section of a strip at an angle, and its rate by lambda.
+
+    Its energy is half the stiffness times the square of ``g``, the sine of the angle that is left: linear in the
+    unknowns, zero where the section is as wanted.
+    """
+
+    model: Model
+    angle: float
+    rate: float
+
+    @cached_property
+    def unknowns(self) -> Index:
+        """Those of the section, shape (points, 2)."""
+        return self.model.directors.unknowns[0, 0]
+
+    @cached_property
+    def _along(self) -> Array:
+        """The section's director where it is as wanted."""
+        # The model turns the other way than the gripper: x is towards the held end.
+        cos, sin = np.cos(self.angle), -np.sin(self.angle)
+        return np.array([[cos, -sin], [sin, cos]]) @ self.model.directors.straight
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        """Derivatives of g by the unknowns, and of these by lambda, shape (points, 2) each."""
+        factor, (x, z) = self.model.directors.factor[0, 0][:, None], self._along
+        return factor * np.array([-z, x]), self.rate * factor * self._along
+
+    def _off(self, u: Array) -> tuple[float, float]:
+        """The g of a state, and its derivative by lambda."""
+        directors, (x, z) = self.model.directors, self._along
+        director = directors.straight + directors.factor[0, 0] @ u[self.unknowns]
+        return float(np.array([-z, x]) @ director), self.rate * float(self._along @ director)
+
+    def moment(self, u: Array) -> float:
+        """Moment of the gripper on the strip, rho_a g L*^2."""
+        return CLAMPING * self._off(u)[0]
+
+    def add(self, u: Array, force: Array) -> None:
+        """Add its force."""
+        force[self.unknowns] += self.moment(u) * self._rows[0]
+
+    def tangent(self, band: Band) -> Band:
+        """The derivative of all forces, with that of its own."""
+        out, at = Band(band.flat.copy(), band.width), self.unknowns.ravel()
+        row = self._rows[0].ravel()
+        out.columns[at, band.width + at[:, None] - at] += CLAMPING * np.outer(row, row)
+        return out
+
+    def force_rate(self, u: Array, size: int) -> Array:
+        """Derivative of its force by lambda, shape (size,)."""
+        (row, row_rate), (off, off_rate), out = self._rows, self._off(u), np.zeros(size)
+        out[self.unknowns] = CLAMPING * (off_rate * row + off * row_rate)
+        return out
+
+
+def clamp_of(motion: Motion, model: Model, lam: float) -> Clamp | None:
+    """The clamp of a gripper's motion, if any."""
+    return motion.clamp(model, lam) if isinstance(motion, AlongPath) else None
 
 
 Motion = Lift | AlongX | AlongPath | TwoGrippers | Opened
@@ -160,14 +234,20 @@ class StripProblem(FixedUnknowns):
         force = self.model.internal_force(q) + self.model.weight
         for effect in self.effects:
             effect.add(q, force)
+        if clamp := clamp_of(self.motion, self.model, lam):
+            clamp.add(q, force)
         touching = self.self_contact.over_step(q, q) if self.self_contact else None
         return force if touching is None else force + touching[0]
 
     def linearise(
         self, q: Array, lam: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band | Sparse, Array]:
-        force, tangent = self.model.force_and_tangent(q, predicted_stress)
-        return *self._with_others(q, q, force, tangent), np.zeros(self.size)
+        force, tangent = self._with_others(q, q, *self.model.force_and_tangent(q, predicted_stress))
+        if (clamp := clamp_of(self.motion, self.model, lam)) is None:
+            return force, tangent, np.zeros(self.size)
+        assert isinstance(tangent, Band)  # layers meet in time only, where nothing is clamped
+        clamp.add(q, force)
+        return force, clamp.tangent(tangent), clamp.force_rate(q, self.size)
 
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None

@@ -1,0 +1,126 @@
+"""The strip in a clamp: its equations, a clamp without a moment, and up to which length it keeps an R-path stable."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stripfold as sf
+from oracles.clamped_elastica import longest_stable
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError
+from stripfold.follow.contact_branch import solved
+from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.track import Track
+from stripfold.paths.curve import Gripper, Interpolated
+from stripfold.paths.rpath import plan_r_path
+from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
+from stripfold.strip.moving_contact import MovingContact
+from stripfold.strip.problem import AlongPath, Clamp, StripProblem
+from stripfold.strip.rod import Rod
+from stripfold.strip.solid import Solid
+
+THICKNESS = 0.0594
+
+
+def r_path(length: float, kind: str, gripper: Gripper, thickness: float = THICKNESS, refinement: float = 1.0) -> Track:
+    path = replace(plan_r_path(length).path, gripper=gripper)
+    return follow(StripModel(length, thickness, kind=kind).contact_mesh(refinement), path, length, until="touch")
+
+
+@pytest.mark.parametrize("of", [Rod, Solid])
+def test_derivatives(of: type[Rod] | type[Solid]) -> None:
+    """By the unknowns and by lambda, against differences of the residual."""
+    points, angles = np.array([[-4.5, 0.0], [-3.0, 1.0], [-1.0, 1.5]]), np.array([0.1, 0.5, 1.2])
+    motion = AlongPath(Interpolated.through(points, 0.0, "some", angles), 9.0, "turning")
+    planned = np.array([4.0])
+    mesh = ContactMesh.of(9.0, LYING, planned, Sizes(1.0, 3.0, 0.5, least=3), lambda e: of.of(9.0, 0.3, elements=e))
+    rng, moving = np.random.default_rng(3), MovingContact(mesh, motion)
+    for problem in (moving, StripProblem(mesh.at(planned), motion)):
+        q = 0.03 * rng.normal(size=problem.size)
+        q[moving.n :] = planned + 0.01
+        _, matrix, rate = problem.linearise(q, 1.0)
+        direction, step = rng.normal(size=problem.size), 1e-6
+        for found, moved, turned in ((matrix @ direction, direction, 0.0), (rate, 0.0 * direction, 1.0)):
+            ahead, back = (problem.residual(q + s * step * moved, 1.0 + s * step * turned) for s in (1.0, -1.0))
+            difference: Array = (ahead - back) / (2.0 * step)
+            np.testing.assert_allclose(found, difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize("kind", ["rod", "solid"])
+def test_a_clamp_without_a_moment_is_a_hinge(kind: str) -> None:
+    """At the angle that the strip takes in a hinge, found again from a guess that is bent otherwise."""
+    at = next(at for at in r_path(12.0, kind, "hinge").branch if at.lam > 8.0)
+    motion = at.problem.motion
+    assert isinstance(motion, AlongPath)
+    free = Clamp(at.model, 0.0, 0.0)
+    along, across = (Clamp(at.model, angle, 0.0).moment(at.u) for angle in (0.0, -np.pi / 2.0))
+    angle = -float(np.arctan2(along, -across))
+    assert abs(Clamp(at.model, angle, 0.0).moment(at.u)) < 1e-8
+    piece = Interpolated.through(np.array([[0.0, 0.0], [1.0, 0.0]]), 0.0, "", np.full(2, angle))
+    held = replace(motion, path=replace(piece, points=motion.path.position(at.lam) + piece.points), gripper="turning")
+    guess = at.point.q.copy()
+    guess[free.unknowns] += 0.01
+    found = solved(MovingContact(at.problem.mesh, held), guess, 0.0)
+    np.testing.assert_allclose(found.mid_surface(at.model.s), at.mid_surface(at.model.s), atol=1e-9)
+
+
+def test_longest_strips_of_the_elastica() -> None:
+    assert longest_stable(True, 12.0, 13.0) == pytest.approx(12.4747, abs=1e-3)
+    assert longest_stable(False, 9.4, 10.0) == pytest.approx(9.5751, abs=1e-3)
+
+
+@pytest.mark.parametrize(("gripper", "length"), [("turning", 12.4747), ("hinge", 9.5751)])
+def test_the_thin_rod_is_stable_up_to_the_same_length(gripper: Gripper, length: float) -> None:
+    assert r_path(length - 0.05, "rod", gripper, 1e-3, 0.5).stable
+    assert not r_path(length + 0.05, "rod", gripper, 1e-3, 0.5).stable
+
+
+@pytest.mark.parametrize("kind", ["rod", "solid"])
+def test_the_papers_thickness_shortens_it(kind: str) -> None:
+    """Rod and solid agree; a hinge loses the shorter strip, too."""
+    assert r_path(12.05, kind, "turning").stable
+    assert not r_path(12.15, kind, "turning").stable
+    assert not r_path(12.05, kind, "hinge").stable
+
+
+class TestAssess:
+    strip = sf.Strip(length=0.36, eta_b=3780)
+
+    def test_a_path_from_a_file_keeps_its_angles(self, tmp_path: Path) -> None:
+        path = sf.paths.r_path(self.strip)
+        path.to_csv(tmp_path / "path.csv")
+        again = sf.paths.read(tmp_path / "path.csv", self.strip)
+        for s in np.linspace(0.0, path.curve.length, 50):
+            assert again.curve.angle(s)[0] == pytest.approx(path.curve.angle(s)[0], abs=0.02)
+        assert path.curve.angle(path.curve.length)[0] == pytest.approx(np.pi)
+
+    def test_the_strip_is_folded_where_a_hinge_loses_it(self) -> None:
+        path = sf.paths.r_path(self.strip)
+        hinge, clamp = (self.strip.assess(path, model="rod", gripper=how) for how in ("hinge", "turning"))
+        assert not hinge.stable
+        assert clamp.stable
+        assert clamp.folded
+        assert hinge.peak_moment == 0.0
+        assert "peak moment" in str(clamp)
+        # Up to where the hinge loses it the strip has its shape, so that the moment is small.
+        assert 0.0 < clamp.peak_moment < 0.1 * 9.81 * self.strip.gravity_length**2
+
+    def test_a_gripper_that_does_not_turn_folds_nothing(self) -> None:
+        found = self.strip.assess(sf.paths.triangular(self.strip), model="rod", gripper="fixed")
+        assert not found.folded
+        assert found.peak_moment > 0.01
+
+    def test_what_cannot_be(self, tmp_path: Path) -> None:
+        path = sf.paths.triangular(self.strip)
+        with pytest.raises(InvalidInputError, match="column angle"):
+            self.strip.assess(path, gripper="turning")
+        with pytest.raises(InvalidInputError, match="hinge together with fall"):
+            self.strip.assess(path, gripper="fixed", fall=True)
+        file = tmp_path / "path.csv"
+        file.write_text("t,x,z,angle\n0,-0.18,0,0\n1,0,0.18,90\n2,0.18,0,180\n")
+        with pytest.raises(InvalidInputError, match="within 60 of the row before"):
+            sf.paths.read(file, self.strip)
