@@ -1,7 +1,7 @@
 """What each choice of the model changes: the end of the advance along x, and the first touch on the triangular path.
 
-Poisson's ratio, the stretch, the width, the gripper's hinge and the pin that holds the strip, each changed alone.  The
-gripper is clamped by prescribing the rod's slope there.  A pin that gives moves with the horizontal force: along x
+Poisson's ratio, the stretch, the width, the gripper's hinge and the pin that holds the strip, each changed alone.  A
+pin that gives moves with the horizontal force: along x
 its lambda_c is that of the elastica, whose branch is the same in the frame of the pin; on a path the gripper goes in
 that frame along the path less the pin's displacement, taken from the force on the path of the fixed pin.
 Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, section 12.
@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import cos, inf, nan, pi, radians, sin, sqrt
-from typing import Any, NamedTuple, cast
+from math import nan, radians, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,20 +21,16 @@ from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
-from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import SolveError
 from stripfold.follow import contact_branch
-from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
+from stripfold.follow.contact_branch import Planned
 from stripfold.follow.fall import Fall, ReleaseState, simulate_fall
-from stripfold.follow.statics import FIRST, StripModel, follow
+from stripfold.follow.statics import StripModel, follow, to_the_end
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import triangular
-from stripfold.solve.continuation import Event
-from stripfold.solve.critical import LIMIT
-from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongPath, AlongX, Motion
+from stripfold.strip.problem import AlongX
 from verification.common import NO_RESULT, Progress, attempted, markdown_table, pooled, table
 from verification.numbers import Facts, Number
 
@@ -81,7 +77,6 @@ def run(
         *(Case(f"eta_m times {by:g}", ROD, rod.changed(thickness=thickness * sqrt(by)), *usual) for by in eta_m),
         Case(f"narrow strip, Poisson's ratio {narrow:g}: D is that of a beam", ROD, as_beam, *usual, ratio),
         *(Case(f"gripper clamps the strip at {angle:g} degrees", ROD, rod, clamps[angle]) for angle in angles),
-        Case("gripper clamps the strip and turns evenly by 180 degrees", ROD, rod, None, clamped_on_path),
         Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, rod, gives),
         Case(f"pin slides at {sliding:g} rho_a g L*", ELASTICA, rod, partial(sliding_along_x, force=sliding)),
     ]
@@ -164,30 +159,6 @@ def markdown(data: xr.Dataset) -> str:
     return markdown_table(("changed", "end of the advance / L*", "first touch / L*"), rows).replace("L*", r"L\*")
 
 
-@dataclass(frozen=True)
-class Clamped:
-    """A motion whose gripper also prescribes the rod's slope: its angle is a linear function of lambda.
-
-    ``angle`` is that of the direction towards the held end at lambda = 0, rad, and ``turn`` its derivative.
-    """
-
-    motion: AlongX | AlongPath
-    angle: float
-    turn: float = 0.0
-
-    def grasped(self, model: Model) -> Index:
-        # After the displacement of a node come the unknowns of its slope.
-        return np.concatenate([self.motion.grasped(model), model.middle[0] + 2])
-
-    def values(self, lam: float) -> Array:
-        angle = self.angle + self.turn * lam
-        return np.concatenate([self.motion.values(lam), [cos(angle) - 1.0, sin(angle)]])
-
-    def rates(self, lam: float) -> Array:
-        angle = self.angle + self.turn * lam
-        return np.concatenate([self.motion.rates(lam), [-self.turn * sin(angle), self.turn * cos(angle)]])
-
-
 def end_along_x(scene: Scene) -> Advance:
     """With hinge and pin."""
     run = end_of_advance(scene.strip, ElasticaPrediction.at(scene.height), scene.refinement)
@@ -199,11 +170,7 @@ def touch_on_path(scene: Scene) -> float:
     segment = follow(scene.mesh, scene.path, scene.strip.length)
     if segment.critical is None:
         raise SolveError("no critical point on the path", parameter=scene.path.length)
-    return _touch(scene, segment.last)
-
-
-def _touch(scene: Scene, critical: BranchPoint) -> float:
-    return simulate_fall(ReleaseState.at(critical, scene.refinement), FALL).touch_x
+    return simulate_fall(ReleaseState.at(segment.last, scene.refinement), FALL).touch_x
 
 
 def clamped_along_x(scene: Scene, angle: float) -> Advance:
@@ -214,46 +181,10 @@ def clamped_along_x(scene: Scene, angle: float) -> Advance:
     slope = at.u[at.model.middle[0] + 2]
     now = float(np.arctan2(slope[1], 1.0 + slope[0]))
     for step in np.linspace(now, angle, 2 + int(abs(angle - now) / TURN)):
-        at = _moved_by(at, Clamped(along_x, float(step)))
-    end = _followed(at)
-    assert isinstance(end, BranchCrossing)
-    return end.before.point.lam, end.event is LIMIT
-
-
-def clamped_on_path(scene: Scene) -> float:
-    """x of the first touch of a rod whose gripper turns evenly from 0 to 180 degrees along the triangular path."""
-    path = scene.path
-    along = [AlongPath(piece, scene.strip.length) for piece in path.pieces]
-    at = contact_branch.from_flat(scene.mesh, along[0], FIRST)
-    for motion, piece in zip(along, path.pieces, strict=True):
-        at = _moved_by(at, Clamped(motion, 0.0, -pi / path.length))
-        item = _followed(at, piece.end)
-        if isinstance(item, BranchPoint):
-            at = item
-        elif item.event is LIMIT:
-            return _touch(scene, item.before)
-        else:
-            raise SolveError(item.event.name, parameter=item.before.point.lam)
-    raise SolveError("no critical point on the path", parameter=path.length)
-
-
-def _moved_by(at: BranchPoint, motion: Clamped) -> BranchPoint:
-    """A state with another motion of its gripper."""
-    problem = MovingContact(at.problem.mesh, cast("Motion", motion))
-    return contact_branch.solved(problem, at.point.q, at.point.lam)
-
-
-def _followed(at: BranchPoint, end: float = inf) -> BranchPoint | BranchCrossing:
-    """The last point of a branch up to lambda = ``end``, or what ends it before."""
-
-    def stops(problem: MovingContact) -> list[Event]:
-        return [contact_branch.touch(problem), LIMIT]
-
-    for item in contact_branch.follow(at, STEPS, stops, through_contact=False, end=end):
-        if isinstance(item, BranchCrossing):
-            return item
-        at = item
-    return at
+        problem = MovingContact(at.problem.mesh, AlongX(scene.height, -float(step)))
+        at = contact_branch.solved(problem, at.point.q, at.point.lam)
+    run = to_the_end(at)
+    return run.lam, run.end is End.SNAP
 
 
 def of_elastica(scene: Scene) -> Advance:

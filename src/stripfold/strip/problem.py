@@ -47,9 +47,17 @@ class Lift:
 
 @dataclass(frozen=True)
 class AlongX:
-    """The gripper moves along +x at constant height: lambda is its advance from where it lay when flat."""
+    """The gripper moves along +x at constant height: lambda is its advance from where it lay when flat.
+
+    ``angle``: at which it clamps the strip, rad; None of a hinge.
+    """
 
     height: float
+    angle: float | None = None
+
+    def clamp(self, model: Model, lam: float) -> Clamp | None:
+        """The clamp that holds the end of the strip; None of a hinge."""
+        return None if self.angle is None else Clamp(model, self.angle, 0.0)
 
     def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0])
@@ -184,7 +192,7 @@ class Clamp:
 
 def clamp_of(motion: Motion, model: Model, lam: float) -> Clamp | None:
     """The clamp of a gripper's motion, if any."""
-    return motion.clamp(model, lam) if isinstance(motion, AlongPath) else None
+    return motion.clamp(model, lam) if isinstance(motion, AlongX | AlongPath) else None
 
 
 Motion = Lift | AlongX | AlongPath | TwoGrippers | Opened
