@@ -14,7 +14,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow.contact_branch import solved
 from stripfold.follow.statics import StripModel, follow
-from stripfold.follow.track import Track
+from stripfold.follow.track import End, Track
 from stripfold.paths.curve import Gripper, Interpolated
 from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
@@ -85,6 +85,16 @@ def test_the_papers_thickness_shortens_it(kind: str) -> None:
     assert r_path(12.05, kind, "turning").stable
     assert not r_path(12.15, kind, "turning").stable
     assert not r_path(12.05, kind, "hinge").stable
+
+
+def test_a_limit_point_that_other_elements_have_behind_the_corner() -> None:
+    """The branch is followed to the corner, not past it, where the path of the piece before ends."""
+    path = plan_r_path(20.0).path
+    turned = (replace(piece, angles=piece.angles + np.deg2rad(5.0)) for piece in path.pieces)
+    strip = StripModel(20.0, THICKNESS, kind="rod").contact_mesh()
+    found = follow(strip, replace(path, pieces=tuple(turned), gripper="turning"), 20.0, until="touch")
+    assert found.end is End.SNAP
+    assert path.corners[1] < found.lam < path.corners[1] + 0.2
 
 
 class TestAssess:

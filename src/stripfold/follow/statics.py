@@ -155,10 +155,11 @@ def leg(
     # On other elements the limit point may lie a little before.
     planned = map(_replanned, reversed(states))
     near = next((other for other in planned if not critical.is_past(other.point)), states[0])
-    problem, found = _limit_point(near, options, tolerance)
-    if found.lam >= end:
+    located = _limit_point(near, options, tolerance, end)
+    if located is None or located[1].lam >= end:
         last = states[-1]
         return Leg([*states, BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, options))])
+    problem, found = located
     before, after = (BranchPoint(problem, point) for point in (found.before, found.after))
     stable = [state for state in states if state is at or state.lam < found.lam]
     return Leg([*stable, before], End.SNAP, CriticalEvent(found.lam, found, before), after)
@@ -172,15 +173,20 @@ def _replanned(at: BranchPoint) -> BranchPoint:
         return at
 
 
-def _limit_point(near: BranchPoint, options: StepOptions, tolerance: float) -> tuple[MovingContact, CriticalPoint]:
-    """The limit point ahead: solved for or, where that fails, as in a strip as thin as rounding, bracketed."""
+def _limit_point(
+    near: BranchPoint, options: StepOptions, tolerance: float, end: float
+) -> tuple[MovingContact, CriticalPoint] | None:
+    """The limit point ahead: solved for or, where that fails, as in a strip as thin as rounding, bracketed.
+
+    None where the branch has none before lambda = ``end``: on other elements it may lie a little beyond.
+    """
     with suppress(SolveError):
         return near.problem, critical.near(near.problem, near.point, tolerance, options)
-    for item in contact_branch.follow(near, options, lambda _: [LIMIT], through_contact=False):
+    for item in contact_branch.follow(near, options, lambda _: [LIMIT], through_contact=False, end=end):
         if isinstance(item, BranchCrossing):
             before, after, problem = item.before.point, item.after.point, item.before.problem
             return problem, critical.locate(problem, before, after, tolerance, options)
-    raise AssertionError("a branch ends in an event or raises")
+    return None
 
 
 def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, BranchPoint]]:
