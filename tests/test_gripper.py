@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +10,17 @@ import pytest
 
 import stripfold as sf
 from oracles.clamped_elastica import longest_stable
-from stripfold.base.arrays import Array
+from stripfold.ask.prediction import ElasticaPrediction, clamped_end
+from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.validation import Gripper
 from stripfold.follow.contact_branch import solved
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.track import End, Track
-from stripfold.paths.curve import Gripper, Interpolated
+from stripfold.paths.curve import Interpolated
 from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
+from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Clamp, StripProblem
 from stripfold.strip.rod import Rod
@@ -85,6 +88,55 @@ def test_the_papers_thickness_shortens_it(kind: str) -> None:
     assert r_path(12.05, kind, "turning").stable
     assert not r_path(12.15, kind, "turning").stable
     assert not r_path(12.05, kind, "hinge").stable
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """The gripper of a rod that prescribes the slope, its length too, at a constant height: another way to clamp."""
+
+    height: float
+    angle: float
+
+    def grasped(self, model: Model) -> Index:
+        # After the displacement of a node come the unknowns of its slope.
+        return np.concatenate([model.middle[0], model.middle[0] + 2])
+
+    def values(self, lam: float) -> Array:
+        return np.array([lam, self.height, np.cos(self.angle) - 1.0, -np.sin(self.angle)])
+
+    def rates(self, lam: float) -> Array:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+
+
+class TestAlongX:
+    strip = sf.Strip(length=0.6, eta_b=3780)
+
+    @pytest.mark.parametrize("degrees", [0.0, 60.0, 120.0])
+    def test_a_prescribed_slope_gives_the_same_state(self, degrees: float) -> None:
+        angle, prediction = np.deg2rad(degrees), ElasticaPrediction.at(3.0)
+        run = clamped_end(StripModel(20.0, 1e-3, kind="rod"), prediction, angle, 1.0, 1e-6)
+        # At its end the strip is soft.
+        at = next(at for at in reversed(run.branch) if at.lam < run.lam - 0.5)
+        other = MovingContact(at.problem.mesh, Prescribed(3.0, angle))  # type: ignore[arg-type]
+        found = solved(other, at.point.q, at.lam)
+        np.testing.assert_allclose(found.mid_surface(at.model.s), at.mid_surface(at.model.s), atol=5e-5)
+
+    def test_rod_and_solid_and_what_ends_the_advance(self) -> None:
+        rod, solid = (self.strip.critical(0.09, model=model, clamp=90) for model in ("rod", "solid"))
+        assert rod.lambda_touch == pytest.approx(solid.lambda_touch, rel=1e-4)
+        assert not rod.snap  # in a hinge it snaps at this height
+        assert self.strip.critical(0.09, model="rod").snap
+        high = self.strip.critical(0.15, model="rod", clamp=90)
+        assert high.snap
+        assert high.lambda_c == pytest.approx(self.strip.critical(0.15, model="rod").lambda_c, abs=0.01 * 0.03)
+
+    @pytest.mark.parametrize(
+        ("given", "message"),
+        [({"model": "elastica"}, "solid or rod together"), ({"second_gripper": "auto"}, "no clamp together")],
+    )
+    def test_what_cannot_be(self, given: dict[str, str], message: str) -> None:
+        with pytest.raises(InvalidInputError, match=message):
+            self.strip.critical(0.09, clamp=0.0, **given)
 
 
 def test_a_limit_point_that_other_elements_have_behind_the_corner() -> None:

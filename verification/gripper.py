@@ -20,11 +20,11 @@ from matplotlib.figure import Figure
 
 from plots.pieces import look
 from stripfold.base.errors import SolveError
+from stripfold.base.validation import Gripper
 from stripfold.draw.style import figure, styled
 from stripfold.follow.memory import STEP, effects_of, load_path
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.track import End
-from stripfold.paths.curve import Gripper
 from stripfold.paths.rpath import plan_r_path
 from verification.common import Progress, dataset, grid, pooled
 from verification.numbers import Facts, Number

@@ -22,21 +22,16 @@ from scipy.optimize import brentq, minimize_scalar
 from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, end_of_advance
 from stripfold.base.errors import SolveError
-from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import Planned
 from stripfold.follow.fall import Fall, ReleaseState, simulate_fall
-from stripfold.follow.statics import StripModel, follow, to_the_end
+from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import triangular
-from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongX
 from verification.common import NO_RESULT, Progress, attempted, markdown_table, pooled, table
 from verification.numbers import Facts, Number
 
 FALL = Fall(to_rest=False)
-TURN = 0.1
-"""Largest step of the clamp's angle, rad."""
 EARLIER = 1.6
 """Free length by which a state lies before the critical one of hinge and pin, and before those of the variants, L*."""
 
@@ -49,7 +44,7 @@ def run(
     poisson: Sequence[float] = (0.3, 0.45),
     eta_m: Sequence[float] = (4.0, 0.25, 0.01),
     narrow: float = 0.3,
-    angles: Sequence[float] = (0.0, -45.0, -90.0, -120.0),
+    angles: Sequence[float] = (0.0, 45.0, 90.0, 120.0),
     compliance: float = 0.1,
     sliding: float = 0.1,
     threads: int = 1,
@@ -174,16 +169,8 @@ def touch_on_path(scene: Scene) -> float:
 
 
 def clamped_along_x(scene: Scene, angle: float) -> Advance:
-    """The end of the advance of a rod whose slope at the gripper has this angle, rad."""
-    last, along_x = elastica.critical(scene.height).state, AlongX(scene.height)
-    near = elastica.state_at(scene.height, last.length - EARLIER, last)
-    at = contact_branch.from_elastica(scene.mesh, along_x, near.advance, near)
-    slope = at.u[at.model.middle[0] + 2]
-    now = float(np.arctan2(slope[1], 1.0 + slope[0]))
-    for step in np.linspace(now, angle, 2 + int(abs(angle - now) / TURN)):
-        problem = MovingContact(at.problem.mesh, AlongX(scene.height, -float(step)))
-        at = contact_branch.solved(problem, at.point.q, at.point.lam)
-    run = to_the_end(at)
+    """The end of the advance of a rod whose gripper clamps it at this angle, rad."""
+    run = end_of_advance(scene.strip, ElasticaPrediction.at(scene.height), scene.refinement, angle=angle)
     return run.lam, run.end is End.SNAP
 
 

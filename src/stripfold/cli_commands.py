@@ -195,7 +195,7 @@ def plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") 
 def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import Scene
 
-    names = (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty", "second_gripper")
+    names = (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty", "second_gripper", "clamp")
     options(parser, Scene, names)
     plot_option(parser, "the strip there")
 

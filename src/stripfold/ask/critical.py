@@ -211,8 +211,8 @@ def find(scene: Scene, progress: Progress | None = None, prediction: ElasticaPre
         reason=reason,
         seconds=perf_counter() - began,
         model=used.model,
-        model_error=advance * used.distance_from_solid(used.model),
-        solid_error=nan if scene.law == "printed" else advance * solid,
+        model_error=nan if scene.clamp is not None else advance * used.distance_from_solid(used.model),
+        solid_error=nan if scene.law == "printed" or scene.clamp is not None else advance * solid,
         eta_b_range=None if uncertainty is None else over_eta_b(scene, uncertainty, advance),
         second_gripper=second_gripper(scene, place) if place is not None and snaps else None,
         scene=scene,
@@ -311,9 +311,11 @@ def _fine_enough(
 ) -> tuple[Track, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*."""
     refinement = select_model.refinement(scene.model, scene.accuracy)
-    coarse: Snap | Track = unchecked_end(strip, prediction, select_model.COARSER * refinement, tolerance, progress)
+    coarse: Snap | Track = unchecked_end(
+        strip, prediction, select_model.COARSER * refinement, tolerance, progress, scene.clamp_angle
+    )
     while True:
-        fine = end_of_advance(strip, prediction, refinement, tolerance, progress)
+        fine = end_of_advance(strip, prediction, refinement, tolerance, progress, scene.clamp_angle)
         error = select_model.error(scene.model, refinement, fine.lam, coarse.lam, fine.slack)
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error

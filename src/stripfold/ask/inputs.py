@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from functools import cached_property
-from math import sqrt
+from math import radians, sqrt
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -25,6 +25,7 @@ from stripfold.base.validation import (
     EtaM,
     Flag,
     Gravity,
+    Gripper,
     Height,
     Input,
     Length,
@@ -37,7 +38,6 @@ from stripfold.base.validation import (
     read_yaml,
     value_meant,
 )
-from stripfold.paths.curve import Gripper
 
 LENGTH_STAR = (3.0, 150.0)
 """Allowed strip lengths, L*.  The shortest strip that can snap is twice as long; the longest is a matter of cost."""
@@ -208,6 +208,30 @@ class Scene(AtHeight):
         Number | None, quantity("relative uncertainty of eta_b, as 0.2 or 20%: the range of the result", ge=0.0, le=0.9)
     ] = None
     second_gripper: SecondPlace = None
+    clamp: Annotated[
+        Number | None,
+        quantity(
+            "angle at which the gripper clamps the strip, 0 as it grasps the flat strip; a hinge if left out",
+            "degree",
+            ge=-90.0,
+            le=180.0,
+        ),
+    ] = None
+
+    @model_validator(mode="after")
+    def _check_clamp(self) -> Self:
+        if self.clamp is not None:
+            if self.model in ("elastica", "auto"):
+                raise InvalidInputError("model", self.model, "solid or rod together with clamp")
+            for name in ("eta_b_uncertainty", "second_gripper"):
+                if getattr(self, name) is not None:
+                    raise InvalidInputError("clamp", self.clamp, f"no clamp together with {name}")
+        return self
+
+    @property
+    def clamp_angle(self) -> float | None:
+        """The clamp's angle, rad."""
+        return None if self.clamp is None else radians(self.clamp)
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:

@@ -7,9 +7,20 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from stripfold import elastica
 from stripfold.base.errors import SolveError
-from stripfold.follow.contact_branch import STEPS, BranchPoint, as_elastica, clearance, from_elastica, longest_free
+from stripfold.follow.contact_branch import (
+    STEPS,
+    BranchPoint,
+    as_elastica,
+    clearance,
+    from_elastica,
+    longest_free,
+    solved,
+    transferred,
+)
 from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel, solve_height, static_track, to_the_end
 from stripfold.follow.track import CriticalEvent, End, Track
 from stripfold.solve import critical
@@ -17,7 +28,7 @@ from stripfold.solve.critical import LimitPoint
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Tangent
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongX, Lift
+from stripfold.strip.problem import AlongX, Lift, end_angle
 
 BEFORE = 0.25
 """Distance in free length before the elastica's end at which a run begins, L*: lambda is about 0.06 L* lower."""
@@ -26,6 +37,8 @@ SHORTER = (10.0, 0.05)
 ROOM = 0.05
 """Length that lies at least in a state from which the limit point is solved for, L*."""
 ELEMENTS = "elements {:.2g} times the standard ones"
+TURN = 0.1
+"""Largest step of a clamp's angle, rad."""
 NEWTON = NewtonOptions(max_iterations=15)
 """For the limit point from the elastica's: where more are needed, a march takes as long."""
 
@@ -95,9 +108,15 @@ def end_of_advance(
     refinement: float = 1.0,
     tolerance: float = LAMBDA_TOLERANCE,
     say: Callable[[str], None] = lambda _: None,
+    angle: float | None = None,
 ) -> Track:
-    """Find the end of the advance: solved for or, where that fails, followed to; raises SolveError."""
+    """Find the end of the advance: solved for or, where that fails, followed to; raises SolveError.
+
+    ``angle``: at which a gripper clamps the strip, rad; None of a hinge.
+    """
     say(ELEMENTS.format(refinement))
+    if angle is not None:
+        return clamped_end(strip, prediction, angle, refinement, tolerance)
     try:
         return snap(strip, prediction, refinement).checked(tolerance)
     except SolveError as error:
@@ -106,9 +125,16 @@ def end_of_advance(
 
 
 def unchecked_end(
-    strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, say: Callable[[str], None]
+    strip: StripModel,
+    prediction: ElasticaPrediction,
+    refinement: float,
+    tolerance: float,
+    say: Callable[[str], None],
+    angle: float | None = None,
 ) -> Snap | Track:
     """As :func:`end_of_advance`, for an estimate of its error: a limit point is not checked."""
+    if angle is not None:
+        return end_of_advance(strip, prediction, refinement, tolerance, say, angle)
     say(ELEMENTS.format(refinement))
     with suppress(SolveError):
         return snap(strip, prediction, refinement)
@@ -139,6 +165,21 @@ def from_near_the_end(
     near = elastica.state_at(z, min(prediction.last.length, strip.length) - before, prediction.last)
     first = from_elastica(strip.contact_mesh(refinement), AlongX(z), near.advance, near)
     return to_the_end(first, tolerance=tolerance)
+
+
+def clamped_end(
+    strip: StripModel, prediction: ElasticaPrediction, angle: float, refinement: float, tolerance: float
+) -> Track:
+    """The end of the advance of a clamped strip: turned where it has no horizontal force, and followed from there.
+
+    Raises SolveError: a state or the branch could not be computed.
+    """
+    z, first = prediction.height, prediction.first
+    at = from_elastica(strip.contact_mesh(refinement), AlongX(z), first.advance, first)
+    begin = end_angle(at.model, at.u)
+    for turned in np.linspace(begin, angle, 2 + int(abs(angle - begin) / TURN)):
+        at = transferred(solved(MovingContact(at.problem.mesh, AlongX(z, float(turned))), at.point.q, at.lam))
+    return to_the_end(at, tolerance=tolerance)
 
 
 def without_horizontal_force(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> float:

@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from stripfold.ask.inputs import Law, Model, Release
     from stripfold.ask.map import StabilityMap
     from stripfold.ask.plan import FoldingPlan
-    from stripfold.base.validation import Input, MovingModel
+    from stripfold.base.validation import Gripper, Input, MovingModel
     from stripfold.paths import FoldPath
-    from stripfold.paths.curve import Gripper
 
     M = TypeVar("M", bound=Input)
 
@@ -95,6 +94,7 @@ class Strip:
         law: Law = "svk",
         eta_b_uncertainty: float | None = None,
         second_gripper: float | Literal["auto"] | None = None,
+        clamp: float | None = None,
         progress: Progress | None = None,
     ) -> CriticalPoint:
         """The critical point: where the strip snaps when its gripper advances at constant height.
@@ -115,6 +115,9 @@ class Strip:
         second_gripper
             Place along the strip, from the first gripper, m, that a second one holds, or "auto": the result then has a
             ``second_gripper``.
+        clamp
+            Angle at which the gripper clamps the strip, degrees: 0 as it grasps the flat strip, 90 with the strip
+            straight down from it; without one it is a hinge.  For the solid and the rod.
 
         Raises
         ------

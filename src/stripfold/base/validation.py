@@ -341,6 +341,8 @@ HEIGHT_STAR = (0.1, 60.0)
 """Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
 
 MovingModel = Literal["solid", "rod"]
+Gripper = Literal["hinge", "fixed", "turning"]
+"""How the end of the strip is held: freely to turn, or clamped by a gripper that does not turn or turns as planned."""
 
 Length = Annotated[Number, quantity("length of the strip", "m", ge=1e-6, le=1e6)]
 Height = Annotated[Number, quantity("height of the gripper", "m", ge=1e-6, le=1e6)]

@@ -10,18 +10,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from stripfold.base.arrays import Array, ByValue
+from stripfold.base.validation import Gripper
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
-
-
-Gripper = Literal["hinge", "fixed", "turning"]
-"""How the end of the strip is held: freely to turn, or clamped by a gripper that does not turn or turns as planned."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ import numpy as np
 
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
-from stripfold.paths.curve import Gripper, GripperPath, Piece
+from stripfold.base.validation import Gripper
+from stripfold.paths.curve import GripperPath, Piece
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.problem import FixedUnknowns
 from stripfold.strip.effects import Effect, Hysteresis
@@ -188,6 +189,13 @@ class Clamp:
         (row, row_rate), (off, off_rate), out = self._rows, self._off(u), np.zeros(size)
         out[self.unknowns] = CLAMPING * (off_rate * row + off * row_rate)
         return out
+
+
+def end_angle(model: Model, u: Array) -> float:
+    """Rotation of the first section of a strip, rad, as a gripper's that holds it."""
+    directors = model.directors
+    (x, z), (x0, z0) = directors.straight + directors.factor[0, 0] @ u[directors.unknowns[0, 0]], directors.straight
+    return -float(np.arctan2(x0 * z - z0 * x, x0 * x + z0 * z))
 
 
 def clamp_of(motion: Motion, model: Model, lam: float) -> Clamp | None:
