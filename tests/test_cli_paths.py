@@ -89,6 +89,16 @@ def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixt
         assert json.loads(data.attrs["config"])["length"] == 0.45
 
 
+@pytest.mark.parametrize(("flatness", "code"), [("1e-4", 0), ("2e-3", 1)])
+def test_a_wrinkle_that_would_grow_fails_the_check(here: Path, capsys, flatness: str, code: int) -> None:
+    """Under the push of a low path at 0.3 L* one of 2.08 z^4 L* grows, 0.5 mm."""
+    assert main(["path", "low", *STRIP, "--height", f"{0.3 * UNIT:g}", "--csv", "low.csv"]) == 0
+    capsys.readouterr()
+    asked = ["assess", "low.csv", *STRIP, "--model", "rod", "--flatness", flatness]
+    assert main([*asked, "--check"]) == code
+    assert ("may ruck" in capsys.readouterr().out) == bool(code)
+
+
 @pytest.mark.parametrize(("error", "says"), [(1e-3, "beyond it"), (-1e-3, "short of it")])
 def test_the_sign_of_an_error_is_in_words(error: float, says: str) -> None:
     strip = sf.Strip(length=0.45, eta_b=3780.0)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
-from math import isfinite, isnan, nan
+from math import inf, isfinite, isnan, nan
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -99,6 +99,9 @@ class PathAssessment(Result):
     bump
         Height of a bump that would grow under this push, of small slopes: in the flat strip that is followed there is
         none.  A height of more than L* says no more than that no lower one grows; nan without a push.
+    bump_ratio
+        That height over the ``flatness`` of the inputs, the height of wrinkles that may be there: below 1 one of them
+        may grow to a ruck; nan without a push.
     completed
         Whether the path was followed to its end.
     contact
@@ -131,6 +134,7 @@ class PathAssessment(Result):
     peak_push: float
     push_z: float
     bump: float
+    bump_ratio: float
     folded: bool
     end_error: float
     completed: bool
@@ -211,6 +215,8 @@ class PathAssessment(Result):
             return "none"
         unit = self.asked.gravity_length
         bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it"
+        if self.bump_ratio < 1.0:
+            bump += f", and wrinkles may be {1e3 * self.asked.flatness:.2g} mm high: it may ruck"
         if self.bump > unit:
             bump = f"no bump lower than {1e3 * unit:.2g} mm grows under it"
         return f"{self.peak_push:.4g} N/m  (on what lies, gripper {1e3 * self.push_z:.1f} mm high; {bump})"
@@ -372,6 +378,7 @@ def assess(
     distance = shape_error(problem, last, fold) if fold and in_place else nan
     peak_force, peak_hold = peak_forces(states)
     push, push_z = peak_push(states)
+    bump = unit * BUMP / push**2 if push else nan
     return PathAssessment(
         stable=not events,
         critical=tuple(events),
@@ -386,7 +393,8 @@ def assess(
         peak_moment=material.scales["N"] * peak_moment(states),
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
-        bump=unit * BUMP / push**2 if push else nan,
+        bump=bump,
+        bump_ratio=bump / asked.flatness if asked.flatness else inf,
         folded=bool(distance <= folded_loop().height),
         end_error=unit * end_error,
         completed=completed,

@@ -186,6 +186,16 @@ FrictionMoment = Annotated[
 ]
 
 
+Flatness = Annotated[
+    Number,
+    quantity(
+        "height of the wrinkles that may be in the flat strip: the push must not make them grow", "m", ge=0.0, le=0.1
+    ),
+]
+FLATNESS = 5e-4
+"""Usual height of wrinkles, m: half a millimetre over 5 cm."""
+
+
 class Scene(AtHeight):
     """A strip and a gripper height, for a critical point.
 
@@ -263,6 +273,7 @@ class PathInputs(Strip):
             "turning as the path says"
         ),
     ] = "hinge"
+    flatness: Flatness = FLATNESS
 
     @model_validator(mode="after")
     def _check_gripper(self) -> Self:
@@ -316,6 +327,7 @@ class PlanInputs(Strip):
         ),
     ] = None
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
+    flatness: Flatness = FLATNESS
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:

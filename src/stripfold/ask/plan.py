@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 USUAL = 1.0
 """Height of a low path where nothing else decides, and to which strips are lifted on a triangular path, L*."""
-LEAST_BUMP = 5e-4
-"""Height of a bump that must not grow under the push on what lies, m: a wrinkle of this height may be in a fabric."""
 PUSH = 2.752
 """Push of a gripper at height z on what lies, times z^2, rho_a g L*^3: on low paths, at small heights the largest."""
 SHARPEST = 0.25
@@ -126,7 +124,7 @@ class _Chooser:
         limit = elastica.touch_limit() * softest
         h = asked.strips[0].material.thickness
         stretch = (GIVING * (asked.length + FREE * stiffest) * h**2) ** (1.0 / 3.0)
-        bump = (LEAST_BUMP * PUSH**2 / BUMP * stiffest**3) ** 0.25
+        bump = (asked.flatness * PUSH**2 / BUMP * stiffest**3) ** 0.25
         lowest = max(bump, stretch, h / SHARPEST)
         highest = min(limit - asked.margin, HIGHEST * asked.length)
         if lowest > highest:
@@ -202,7 +200,7 @@ class _Chooser:
 
     def verdict(self, candidate: Choice, strip: Strip, moment: float | None) -> PathAssessment | str:
         """The rod's verdict on a path, or what is wrong with it."""
-        unit, inputs = strip.gravity_length, PathInputs(**strip.model_dump(), model="rod")
+        unit, inputs = strip.gravity_length, PathInputs(**strip.model_dump(), model="rod", flatness=self.asked.flatness)
         # A strip so far from where it snaps is lost on no mesh.
         how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
         if moment is not None:
@@ -221,7 +219,7 @@ class _Chooser:
             return f"is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
         if not verdict.shape_error <= ACCURATE * unit:
             return f"is folded {1e3 * verdict.shape_error:.1f} mm off"
-        if verdict.bump < LEAST_BUMP:
+        if verdict.bump_ratio < 1.0:
             push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
             return f"{push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
         return verdict

@@ -190,6 +190,7 @@ class Strip:
         second_gripper: float | Literal["auto"] | None = None,
         model: MovingModel = "solid",
         gripper: Gripper = "hinge",
+        flatness: float = 5e-4,
         progress: Progress | None = None,
     ) -> PathAssessment:
         """Assess a gripper path: critical points, first touch, final shape, forces.
@@ -221,6 +222,8 @@ class Strip:
         gripper
             How it holds the strip: "hinge", as in the paper; clamped, "fixed" as it grasped the flat strip, or
             "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is for statics only.
+        flatness
+            Height of the wrinkles that may be in the flat strip, m, with which the result compares its ``bump``.
 
         Raises
         ------
@@ -282,6 +285,7 @@ class Strip:
         yield_curvature: float | None = None,
         speed: float | None = None,
         acceleration: float = 0.5,
+        flatness: float = 5e-4,
         progress: Progress | None = None,
     ) -> FoldingPlan:
         """A gripper path that folds the strip in half, with a margin for every eta_b of an interval (docs/plan.md).
@@ -299,6 +303,8 @@ class Strip:
         speed, acceleration
             Largest ones of the gripper, m/s and m/s^2.  With a speed the path is followed in time, too; without one it
             is timed for 0.1 m/s.
+        flatness
+            Height of the wrinkles that may be in the flat strip, m: the path's push must not make them grow.
 
         Raises
         ------

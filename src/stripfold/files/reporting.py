@@ -87,8 +87,8 @@ OTHER = {
         "m s-2": "acceleration gravity",
         "1": "accuracy agreement cases count coverage distortion_coefficients end_t eta_b_uncertainty exponent "
         "exponent_lower exponent_upper friction_moment_star layer_friction no_result row t touch",
-        "m": "advance bending_length change drop end end_x end_z fold_at fold_height friction_boundary gain height "
-        "height_sd margin residual s scale second_gripper snap_boundary square step touch_limit x_c",
+        "m": "advance bending_length change drop end end_x end_z flatness fold_at fold_height friction_boundary gain "
+        "height height_sd margin residual s scale second_gripper snap_boundary square step touch_limit x_c",
         "degree": "angle clamp slope",
         "px": "camera_matrix image_size rms split_half",
         "m-1": "curvature",
