@@ -23,7 +23,8 @@ CHAPTERS = {
         "paper printed_law models order low_paths barrier second_gripper stability_map variants explorer branches"
     ),
     "Folding paths and friction": (
-        "dynamics falls rpaths gripper friction_delay friction_touch disturbed_rpath fabrics fabric_laws layer_friction"
+        "dynamics falls rpaths gripper rucks friction_delay friction_touch disturbed_rpath fabrics fabric_laws "
+        "layer_friction"
     ),
     "Recordings": ("public_pictures altered_films eta_pictures recordings_accuracy video_benchmark"),
     "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),

@@ -22,6 +22,7 @@ SECTIONS = {
         "textile_law",
         "friction_delay",
         "low_paths",
+        "rucks",
         "layer_friction",
         "friction_touch",
         "disturbed_rpath",

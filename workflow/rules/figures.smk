@@ -30,7 +30,7 @@ STUDY_FIGURES = {
         name: [name]
         for name in (
             "barrier disturbed_rpath fabrics gripper layer_friction low_paths order peers printed_law "
-            "recordings_accuracy stability_map"
+            "recordings_accuracy rucks stability_map"
         ).split()
     },
     "calibration": ["public_pictures"],

@@ -32,6 +32,7 @@ from stripfold.follow.statics import StripModel, remeshed
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import (
     BUMP,
+    WAVE,
     StripState,
     Track,
     first_landing,
@@ -99,9 +100,9 @@ class PathAssessment(Result):
     bump
         Height of a bump that would grow under this push, of small slopes: in the flat strip that is followed there is
         none.  A height of more than L* says no more than that no lower one grows; nan without a push.
-    bump_ratio
-        That height over the ``flatness`` of the inputs, the height of wrinkles that may be there: below 1 one of them
-        may grow to a ruck; nan without a push.
+    flatness_ratio
+        Height of the lowest waves of the table from which this push lifts the strip, half of the bump's, over the
+        ``flatness`` of the inputs: below 1 a wrinkle may grow to a ruck; inf without a push or with flatness 0.
     completed
         Whether the path was followed to its end.
     contact
@@ -134,7 +135,7 @@ class PathAssessment(Result):
     peak_push: float
     push_z: float
     bump: float
-    bump_ratio: float
+    flatness_ratio: float
     folded: bool
     end_error: float
     completed: bool
@@ -215,7 +216,7 @@ class PathAssessment(Result):
             return "none"
         unit = self.asked.gravity_length
         bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it"
-        if self.bump_ratio < 1.0:
+        if self.flatness_ratio < 1.0:
             bump += f", and wrinkles may be {1e3 * self.asked.flatness:.2g} mm high: it may ruck"
         if self.bump > unit:
             bump = f"no bump lower than {1e3 * unit:.2g} mm grows under it"
@@ -394,7 +395,7 @@ def assess(
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
         bump=bump,
-        bump_ratio=bump / asked.flatness if asked.flatness else inf,
+        flatness_ratio=unit * WAVE / push**2 / asked.flatness if push and asked.flatness else inf,
         folded=bool(distance <= folded_loop().height),
         end_error=unit * end_error,
         completed=completed,

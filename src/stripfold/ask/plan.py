@@ -29,7 +29,7 @@ from stripfold.elastica.boundary import snap_boundary
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact import touches
-from stripfold.follow.track import BUMP, mid_surfaces
+from stripfold.follow.track import WAVE, mid_surfaces
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
@@ -124,8 +124,8 @@ class _Chooser:
         limit = elastica.touch_limit() * softest
         h = asked.strips[0].material.thickness
         stretch = (GIVING * (asked.length + FREE * stiffest) * h**2) ** (1.0 / 3.0)
-        bump = (asked.flatness * PUSH**2 / BUMP * stiffest**3) ** 0.25
-        lowest = max(bump, stretch, h / SHARPEST)
+        waves = (asked.flatness * PUSH**2 / WAVE * stiffest**3) ** 0.25
+        lowest = max(waves, stretch, h / SHARPEST)
         highest = min(limit - asked.margin, HIGHEST * asked.length)
         if lowest > highest:
             most = f"with the margin, at most {1e3 * max(highest, 0.0):.1f} mm high"
@@ -219,9 +219,9 @@ class _Chooser:
             return f"is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
         if not verdict.shape_error <= ACCURATE * unit:
             return f"is folded {1e3 * verdict.shape_error:.1f} mm off"
-        if verdict.bump_ratio < 1.0:
-            push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
-            return f"{push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
+        if verdict.flatness_ratio < 1.0:
+            height = f"{1e3 * verdict.flatness_ratio * self.asked.flatness:.2g} mm"
+            return f"pushes what lies with {verdict.peak_push:.3g} N/m, which lifts it from waves of {height}"
         return verdict
 
 

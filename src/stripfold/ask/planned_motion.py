@@ -74,13 +74,18 @@ class InTime:
 
 
 def in_time(
-    asked: PlanInputs, path: FoldPath, static: Sequence[Sequence[StripState]], moment: float, say: Callable[[str], None]
+    asked: PlanInputs,
+    path: FoldPath,
+    static: Sequence[Sequence[StripState]],
+    moment: float,
+    say: Callable[[str], None],
+    table: Callable[[Array], Array] | None = None,
 ) -> InTime | str:
     """Follow a path in time with the three eta_b, or say what happens with one of them instead.
 
     ``asked``: the strips, their kappa_y, and speed and acceleration of the gripper.  ``static``: for each eta_b the
     static states, L*.  ``moment``: M_0 of the bending hysteresis, N; 0 for none.  ``say``: called with a line on how
-    much is done.
+    much is done.  ``table``: its height at distances from the grasped end, m; by default it is flat.
     """
     found: list[PlannedMotion] = []
     for strip, states in zip(asked.strips, static, strict=True):
@@ -90,7 +95,7 @@ def in_time(
             say(f"{line}, with eta_b = {eta_b:.4g}")
 
         try:
-            moved = _moved(asked, strip, path.curve.scaled(1.0 / unit), states, moment, said)
+            moved = _moved(asked, strip, path.curve.scaled(1.0 / unit), states, moment, said, table)
         except SolveError as error:
             return f"{at_speed} cannot be followed: {error}"
         # A strip that has left its static state, as in a snap, is farther from it than its fold is high.
@@ -110,6 +115,7 @@ def _moved(
     static: Sequence[StripState],
     moment: float,
     progress: Callable[[str], None],
+    table: Callable[[Array], Array] | None,
 ) -> PlannedMotion:
     """Follow a path, L*, with one eta_b; errors are those of :func:`.follow_in_time`."""
     material, unit = strip.material, strip.gravity_length
@@ -123,6 +129,7 @@ def _moved(
         speed=timed(
             *path.sampled(SPACING), asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
         ),
+        table=None if table is None else lambda s: table(unit * s) / unit,
         options=TIME_OPTIONS,
         progress=progress,
     )

@@ -60,6 +60,7 @@ def follow_in_time(
     yield_curvature: float = YIELD_CURVATURE,
     speed: float | TimedPath = SPEED,
     refinement: float = 1.0,
+    table: Callable[[Array], Array] | None = None,
     options: TimeOptions = TIME_OPTIONS,
     progress: Callable[[str], None] | None = None,
 ) -> Track:
@@ -68,18 +69,24 @@ def follow_in_time(
     ``strip``, ``path``: the strip and the gripper's path, L*.  ``mu``: coefficient of friction between the layers and
     on the floor.  ``moment``: M_0 of the bending hysteresis, rho_a g L*^2.  ``damping``: physical damping.
     ``yield_curvature``: kappa_y of that hysteresis, 1/L*.  ``speed``: of the gripper, sqrt(g L*), or where it is when.
-    ``refinement``: factor on the element lengths.  ``progress``: called with a line on how much of the path is done.
+    ``refinement``: factor on the element lengths.  ``table``: its height at distances from the grasped end, L*; by
+    default it is flat.  ``progress``: called with a line on how much of the path is done.
 
     Raises SolveError: the first state cannot be computed; TimeStepError: as :func:`.fall.to_rest`.
     """
     model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
-    problem = StripProblem(model, AlongPath(path, strip.length), self_contact=SelfContact.of(model, strip.thickness))
+    problem = StripProblem(
+        model,
+        AlongPath(path, strip.length),
+        self_contact=SelfContact.of(model, strip.thickness),
+        table=None if table is None else table(model.s),
+    )
     lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
     q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
     hysteresis = (Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=q),) if moment else ()
     layers = (LayerFriction.of(model, mu, q, problem.reaction),) if mu else ()
     problem = replace(problem, effects=(*hysteresis, *layers))
-    on_floor = problem.bounded[q[problem.bounded] <= 0.0]
+    on_floor = problem.bounded[q[problem.bounded] <= problem.lower]
     first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
     if isinstance(speed, TimedPath):
         drive: Drive = (timing := speed.starting_at(FIRST))

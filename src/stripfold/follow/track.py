@@ -42,6 +42,12 @@ BUMP = 15.6976
 A lower one stays, a higher one grows.  Its second derivative vanishes where it lifts off, too (Hobbs, J. Transp. Eng.
 110, 175, 1984); of small slopes, that is for heights of a small part of L*.
 """
+WAVE = 8.0
+"""Height times F^2 below which a strip that is pushed by F stays on the waves of a table, L* (rho_a g L*)^2.
+
+A wave of height a and wave number k holds it while a k^2 (F - k^2) < 2: the lowest that does not has k^2 = F / 2.
+In time a ruck grows from 0.67 :data:`BUMP` on, for a single ridge as for several (study rucks).
+"""
 NO_PUSH = 1e-3
 """Push that counts as none, rho_a g L*: forces are solved for to less."""
 MOVING, NODAL = "moving", "nodal"

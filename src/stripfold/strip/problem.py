@@ -210,14 +210,17 @@ Motion = Lift | AlongX | AlongPath | TwoGrippers | Opened
 class StripProblem(FixedUnknowns):
     """A strip on the floor, held at one end and moved at the other.
 
-    The memory of ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor;
-    while they touch the tangent is not a band matrix.
+    ``table``: height of the floor under each node of the mid-surface, shape (n_nodes,), L*; None where it is flat.  A
+    node keeps its own: what lies does not move along the floor by more than the strip is compressed.  The memory of
+    ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor; while they
+    touch the tangent is not a band matrix.
     """
 
     model: Model
     motion: Motion
     effects: tuple[Effect, ...] = ()
     self_contact: SelfContact | None = None
+    table: Array | None = None
 
     @cached_property
     def prescribed(self) -> Index:
@@ -229,7 +232,10 @@ class StripProblem(FixedUnknowns):
 
     @cached_property
     def lower(self) -> Array:
-        return np.zeros(len(self.bounded))
+        heights = np.zeros(self.size)
+        if self.table is not None:
+            heights[self.model.middle[:, 1]] = self.table
+        return heights[self.bounded]
 
     @cached_property
     def metric(self) -> Array:
