@@ -15,6 +15,7 @@ from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.paths import geometric
+from stripfold.paths.curve import GripperPath, pieces_through
 
 MATERIAL = Material(5000.0)
 UNIT, FORCE = MATERIAL.gravity_length, MATERIAL.force_scale
@@ -61,6 +62,19 @@ def test_a_path_is_checked_for_its_fold(
 
 def assessed(path: Any, length: float = 9.0) -> Any:
     return assess_path(MATERIAL, length * UNIT, path, model="rod", compare=False)
+
+
+@pytest.mark.parametrize("model", ["rod", "solid"])
+@pytest.mark.parametrize(("eta_m", "height"), [(1e-3, 0.150), (1e-4, 0.073)])
+def test_what_lies_gives_way_to_a_start_along_the_table(model: Any, eta_m: float, height: float) -> None:
+    """Not a snap-through: where it happens depends on the stiffness in compression."""
+    path = GripperPath("straight", pieces_through([("up", np.array([[-6.0, 0.0], [-6.0 + 1.0 / 0.35, 1.0]]))]))
+    material = Material(5000.0, eta_m=eta_m)
+    found = assess_path(material, 12.0 * UNIT, path, model=model, compare=False)
+    (event,) = found.critical
+    assert event["kind"] == "compression"
+    assert event["z"] / UNIT == pytest.approx(height, rel=0.06)
+    assert found.flatness_ratio < 0.1
 
 
 def test_a_low_path_pushes_as_the_elastica() -> None:

@@ -32,6 +32,7 @@ from stripfold.follow.statics import StripModel, remeshed
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import (
     BUMP,
+    COMPRESSION,
     WAVE,
     StripState,
     Track,
@@ -196,7 +197,10 @@ class PathAssessment(Result):
         size = ""
         if isfinite(event["drop"]):
             size = f"; {event['drop']:.3g} m down, {event['energy']:.3g} J/m freed, up to {event['speed']:.3g} m/s"
-        return [("critical", f"{place}: {event['kind']}"), ("  there", f"{event['outcome']}{size}")]
+        kind = event["kind"]
+        if kind == COMPRESSION:
+            kind += " (what lies gives way to the push: at another place with another eta_m or wrinkles)"
+        return [("critical", f"{place}: {kind}"), ("  there", f"{event['outcome']}{size}")]
 
     def _folded(self) -> str:
         place = f"the end is {1e3 * self.end_error:.1f} mm from its place"

@@ -27,8 +27,16 @@ from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
 from stripfold.strip.problem import StripProblem, clamp_of
 
-SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
-"""At a snap-through the state ceases to exist, at a bifurcation two states meet."""
+SNAP, BIFURCATION, COMPRESSION = KINDS = "snap-through", "bifurcation", "compression"
+"""At a snap-through the state ceases to exist, at a bifurcation two states meet.
+
+At a compression the push on what lies, not the weight of what hangs, makes the strip spring to another state.
+"""
+COMPRESSED = 0.1
+"""Share of the elastic energy in the compression of what lies, above which a critical point is a compression.
+
+At those of paths that begin flat it is 0.5 to 0.8, at all others below 4e-4 (h = 0.006 to 0.2 L*).
+"""
 LARGEST_BIFURCATION_ANGLE = 15.0
 """Angle between path and stability boundary, degrees, below which a critical point is a bifurcation.
 
@@ -112,6 +120,8 @@ class CriticalEvent:
     @property
     def kind(self) -> str:
         """One of :data:`KINDS`."""
+        if self.state is not None and compression(*on_mesh(self.state)) > COMPRESSED:
+            return COMPRESSION
         return BIFURCATION if self.angle < LARGEST_BIFURCATION_ANGLE else SNAP
 
 
@@ -313,6 +323,12 @@ def lying_length(problem: StripProblem, point: Point | TimeState) -> float:
     """Length that lies from the held end to the lift-off, L*."""
     model = problem.model
     return model.length - lift_off(model, point)
+
+
+def compression(problem: StripProblem, point: Point | TimeState) -> float:
+    """Share of the elastic energy that is in the compression of what lies by the held end's force."""
+    force, model = grip_and_hold(problem, point)[1], problem.model
+    return force**2 * lying_length(problem, point) * model.thickness**2 / 24.0 / model.energy(point.q)
 
 
 def grip_and_hold(problem: StripProblem, point: Point | TimeState) -> tuple[Array, float]:
