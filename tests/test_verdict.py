@@ -14,6 +14,8 @@ from assessing import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
+from stripfold.follow.statics import StripModel, follow
+from stripfold.follow.track import friction_to_hold
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, pieces_through
 
@@ -101,3 +103,50 @@ def test_extreme_paths_are_followed_without_a_warning(tmp_path: Path, rows: Any,
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert not strip.assess(path, model="rod", **law).folded
+
+
+class TestTable:
+    """What lies held by friction of the table alone."""
+
+    def test_the_table_carries_what_the_gripper_does_not(self) -> None:
+        """The coefficient is the held end's force over the sum of the floor's, which the solver has node by node."""
+        path, strip = geometric.low(9.0, 0.7), StripModel(9.0, 0.05, kind="rod")
+        states = follow(strip.contact_mesh(), path, 9.0, until="touch").states
+        for state in states[2::4]:
+            forces = state.problem.residual(state.point.q, state.lam)
+            floor, hold = forces[state.problem.bounded].sum() + forces[state.problem.model.middle[-1, 1]], forces[-4]
+            # What lies presses on the floor by its weight; what stands on it, by the force on the lift-off.
+            assert friction_to_hold([state])[0] * floor == pytest.approx(abs(hold), rel=1e-6)
+
+    def test_a_block_slips_at_its_coefficient(self) -> None:
+        """Where the elastica's horizontal force is the coefficient times the weight that the table carries."""
+        height, mu = 0.7, 0.3
+        lift = elastica.state_no_horizontal_force(height).advance
+        path = GripperPath(
+            "along x",
+            pieces_through(
+                [
+                    ("lift", geometric.lifted(9.0, height)),
+                    ("along", np.array([[lift - 4.5, height], [lift - 3.5, height]])),
+                ]
+            ),
+        )
+        found = assess_path(Material(5000.0, eta_m=1e-5), LENGTH, path, model="rod", compare=False, table_friction=mu)
+        states = list(elastica.x_axis_branch(height, max_step=0.01))
+        needed = np.array([abs(s.force_x) / (9.0 - s.force_0 - s.length) for s in states])
+        slips = int(np.argmax(needed > mu))
+        advance = np.interp(mu, needed[slips - 1 : slips + 1], [s.advance for s in states[slips - 1 : slips + 1]])
+        assert found.slip_x / UNIT + 4.5 == pytest.approx(advance, abs=2e-3)
+        assert found.hold_friction > mu
+
+    def test_a_pinned_end_does_not_slip(self) -> None:
+        found = assessed(geometric.triangular(9.0))
+        assert not found.slips
+        assert found.hold_friction > 1.0  # any table
+
+    def test_no_path_is_planned_on_which_it_slips(self) -> None:
+        strip = sf.Strip(length=0.36, eta_b=3780)
+        held = strip.plan(layers_may_slide=True, table_friction=0.5)
+        assert all(0.1 < verdict.hold_friction < 0.5 for verdict in held.choice.verdicts)
+        with pytest.raises(sf.NoPathError, match="slips on the table"):
+            strip.plan(layers_may_slide=True, table_friction=0.05)

@@ -350,7 +350,7 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     options(parser, PlanInputs, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "margin", "layers_may_slide"))
     text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*]: the R-path needs friction"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
-    options(parser, PlanInputs, ("speed", "acceleration", "flatness"))
+    options(parser, PlanInputs, ("speed", "acceleration", "flatness", "table_friction"))
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
     text = "the plan with the path as one JSON object: printed, or written there"
     parser.add_argument("--json", nargs="?", const=True, metavar="PLAN.json", help=text)
@@ -423,13 +423,13 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--smooth", type=metres, metavar="M", help=text)
     options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
-    options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper", "flatness"))
+    options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper", "flatness", "table_friction"))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
     plot_option(parser, "the strip along the path")
     parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")
     text = (
         "exit with code 1 where the strip does not follow all of the path, is not folded at its end (5 mm, 5 %% of the "
-        "length), may ruck under the push (--flatness), or does not follow it on another mesh"
+        "length), may ruck under the push (--flatness), slips (--table-friction), or does not follow it on another mesh"
     )
     parser.add_argument("--check", action="store_true", help=text)
 
@@ -451,7 +451,8 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     said = answer(found, arguments)
     if arguments.film is not None:
         found.film(arguments.film, say)
-    passed = found.stable and found.folded and not (found.flatness_ratio < 1.0 or found.mesh_dependence)
+    doubtful = found.flatness_ratio < 1.0 or found.slips or found.mesh_dependence
+    passed = found.stable and found.folded and not doubtful
     return said, 1 if arguments.check and not passed else 0
 
 

@@ -22,13 +22,14 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
 from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
+from stripfold.base.roots import root
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import STEP, effects_of, load_path
-from stripfold.follow.statics import StripModel, remeshed
+from stripfold.follow.statics import StripModel, branch, remeshed
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import (
     BUMP,
@@ -37,8 +38,10 @@ from stripfold.follow.track import (
     StripState,
     Track,
     first_landing,
+    friction_to_hold,
     lying_length,
     mid_surfaces,
+    on_mesh,
     peak_forces,
     peak_moment,
     peak_push,
@@ -50,6 +53,7 @@ from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import largest_miss
 from stripfold.solve.dynamics import TimeState
+from stripfold.solve.problem import Point
 from stripfold.strip.effects import YIELD_CURVATURE
 
 if TYPE_CHECKING:
@@ -94,6 +98,12 @@ class PathAssessment(Result):
         Length that lies from the held end in the last state.
     peak_force, peak_hold
         Largest force of the gripper, and horizontal force of the held end, in the static states.
+    hold_friction
+        Coefficient of friction of the table that would hold what lies without the pin, in the static states; nan of a
+        motion in time.
+    slip_t, slip_x, slip_z
+        Pseudo-time and place of the gripper where what lies slips with the ``table_friction`` of the inputs; nan where
+        it does not, or is pinned.  What is said of later states is with the pin.
     peak_moment
         Largest moment of a clamp on the strip's end in the static states, N (per width); 0 of a hinge.
     peak_push, push_z
@@ -132,6 +142,10 @@ class PathAssessment(Result):
     lying_length: float
     peak_force: float
     peak_hold: float
+    hold_friction: float
+    slip_t: float
+    slip_x: float
+    slip_z: float
     peak_moment: float
     peak_push: float
     push_z: float
@@ -166,7 +180,7 @@ class PathAssessment(Result):
             ("shape error", metres(self.shape_error, "largest distance of the last state from the folded one")),
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
-            ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
+            ("peak hold", self._held()),
             *([] if self.asked.gripper == "hinge" else [("peak moment", self._clamped())]),
             ("peak push", self._push()),
             ("completed", self._completed()),
@@ -209,6 +223,21 @@ class PathAssessment(Result):
         if isnan(self.landing_x):
             return f"no: no folded state is known of a strip of this length; {place}"
         return f"{'yes' if self.folded else 'no'}: {place}"
+
+    @property
+    def slips(self) -> bool:
+        """Whether what lies slips with the ``table_friction`` of the inputs."""
+        return isfinite(self.slip_t)
+
+    def _held(self) -> str:
+        """The force at the held end, and what the table would have to do without it."""
+        said = f"{self.peak_hold:.4g} N/m  (horizontal, at the held end"
+        if not isnan(self.hold_friction):
+            said += f"; without a pin, friction of {self.hold_friction:.2g} on the table"
+        if self.slips:
+            place = f"t = {self.slip_t:.4g}, gripper at x = {self.slip_x:.4g} m, z = {self.slip_z:.4g} m"
+            said += f": with {self.asked.table_friction:g} it slips at {place}"
+        return f"{said})"
 
     def _clamped(self) -> str:
         how = {"fixed": "does not turn", "turning": "turns as the path says"}[self.asked.gripper]
@@ -382,6 +411,11 @@ def assess(
     in_place = completed and end_error <= largest_miss(strip.length, unit)
     distance = shape_error(problem, last, fold) if fold and in_place else nan
     peak_force, peak_hold = peak_forces(states)
+    friction = np.full(len(states), nan) if asked.layer_friction is not None else friction_to_hold(states)
+    slip_t, (slip_x, slip_z) = nan, (nan, nan)
+    if asked.table_friction is not None and friction.max() > asked.table_friction:
+        at = _slip(found, friction, asked.table_friction)
+        slip_t, (slip_x, slip_z) = curve.pseudo_time(at), (unit * curve.position(at)).tolist()
     push, push_z = peak_push(states)
     bump = unit * BUMP / push**2 if push else nan
     return PathAssessment(
@@ -395,6 +429,10 @@ def assess(
         lying_length=unit * lying_length(problem, last),
         peak_force=material.force_scale * peak_force,
         peak_hold=material.force_scale * peak_hold,
+        hold_friction=float(friction.max()),
+        slip_t=slip_t,
+        slip_x=slip_x,
+        slip_z=slip_z,
         peak_moment=material.scales["N"] * peak_moment(states),
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
@@ -414,6 +452,28 @@ def assess(
         states=states,
         falls=tuple((_statics(found, part.start), found.states[part]) for part in found.falls),
     )
+
+
+def _slip(found: Track, friction: Array, bound: float) -> float:
+    """Length travelled to where the static states need more than this friction of the table to hold, L*."""
+    statics = [at for at in found.points if isinstance(at.point, Point)]
+    last = int(np.argmax(friction > bound))
+    if not last:
+        return statics[0].lam
+    before, after = statics[last - 1], statics[last]
+    if not isinstance(before, BranchPoint) or before.problem.effects:
+        # Steps with memory are short.
+        return float(np.interp(bound, friction[last - 1 : last + 1], [before.lam, after.lam]))
+    known = {before.lam: friction[last - 1], after.lam: friction[last]}
+
+    def excess(travelled: float) -> float:
+        if travelled not in known:
+            *_, there = branch(before, travelled)
+            assert isinstance(there, BranchPoint)
+            known[travelled] = friction_to_hold([on_mesh(there)])[0]
+        return float(known[travelled]) - bound
+
+    return root(excess, before.lam, after.lam, 1e-6)
 
 
 def _events(found: Track, material: Material, path: GripperPath, changes: Sequence[float]) -> list[dict[str, Any]]:

@@ -250,6 +250,16 @@ class Scene(AtHeight):
         return self
 
 
+TableFriction = Annotated[
+    Number | None,
+    quantity(
+        "coefficient of friction of the table that alone holds what lies; by default its end is pinned",
+        ge=0.0,
+        le=MAX_MU,
+    ),
+]
+
+
 class PathInputs(Strip):
     """A strip to be moved along a path, its model, its falls and its friction."""
 
@@ -274,6 +284,16 @@ class PathInputs(Strip):
         ),
     ] = "hinge"
     flatness: Flatness = FLATNESS
+    table_friction: TableFriction = None
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if self.table_friction is not None and self.layer_friction is not None:
+            advice = "in time the end is pinned, and friction on the floor acts beside the pin"
+            raise InvalidInputError(
+                "table_friction", self.table_friction, "nothing together with layer_friction", advice
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_gripper(self) -> Self:
@@ -328,6 +348,7 @@ class PlanInputs(Strip):
     ] = None
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
     flatness: Flatness = FLATNESS
+    table_friction: TableFriction = None
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:

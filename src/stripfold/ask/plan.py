@@ -200,7 +200,9 @@ class _Chooser:
 
     def verdict(self, candidate: Choice, strip: Strip, moment: float | None) -> PathAssessment | str:
         """The rod's verdict on a path, or what is wrong with it."""
-        unit, inputs = strip.gravity_length, PathInputs(**strip.model_dump(), model="rod", flatness=self.asked.flatness)
+        of, unit = self.asked, strip.gravity_length
+        table = {"flatness": of.flatness, "table_friction": of.table_friction}
+        inputs = PathInputs(**strip.model_dump() | table, model="rod")
         # A strip so far from where it snaps is lost on no mesh.
         how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
         if moment is not None:
@@ -219,6 +221,9 @@ class _Chooser:
             return f"is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
         if not verdict.shape_error <= ACCURATE * unit:
             return f"is folded {1e3 * verdict.shape_error:.1f} mm off"
+        if verdict.slips:
+            place = f"x = {verdict.slip_x:.4g} m, z = {verdict.slip_z:.4g} m"
+            return f"slips on the table at {place}: to hold it takes friction of {verdict.hold_friction:.2g}"
         if verdict.flatness_ratio < 1.0:
             height = f"{1e3 * verdict.flatness_ratio * self.asked.flatness:.2g} mm"
             return f"pushes what lies with {verdict.peak_push:.3g} N/m, which lifts it from waves of {height}"

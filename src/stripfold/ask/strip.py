@@ -191,6 +191,7 @@ class Strip:
         model: MovingModel = "solid",
         gripper: Gripper = "hinge",
         flatness: float = 5e-4,
+        table_friction: float | None = None,
         progress: Progress | None = None,
     ) -> PathAssessment:
         """Assess a gripper path: critical points, first touch, final shape, forces.
@@ -225,6 +226,9 @@ class Strip:
         flatness
             Height of the wrinkles that may be in the flat strip, m: the result's ``flatness_ratio`` compares it with
             that of the lowest ones which the path's push makes grow.
+        table_friction
+            Coefficient of friction of the table that alone holds what lies: the result says where it slips.  Its end
+            is pinned where it is not given.
 
         Raises
         ------
@@ -287,6 +291,7 @@ class Strip:
         speed: float | None = None,
         acceleration: float = 0.5,
         flatness: float = 5e-4,
+        table_friction: float | None = None,
         progress: Progress | None = None,
     ) -> FoldingPlan:
         """A gripper path that folds the strip in half, with a margin for every eta_b of an interval (docs/plan.md).
@@ -306,6 +311,9 @@ class Strip:
             is timed for 0.1 m/s.
         flatness
             Height of the wrinkles that may be in the flat strip, m: the path's push must not make them grow.
+        table_friction
+            Coefficient of friction of the table that alone holds what lies: no path on which it slips is planned.  Its
+            end is pinned where it is not given.
 
         Raises
         ------

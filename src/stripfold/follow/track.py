@@ -343,6 +343,15 @@ def peak_forces(states: Sequence[StripState]) -> tuple[float, float]:
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
 
 
+def friction_to_hold(states: Sequence[StripState]) -> Array:
+    """Coefficient of friction of the table with which what lies would just stay without a pin, shape (states,).
+
+    All of the lying part slides at once: it is stiff along itself.  The table carries what the gripper does not.
+    """
+    forces = ((state.problem.model.length, *grip_and_hold(*state)) for state in states)
+    return np.array([abs(hold) / (length - grip[1]) for length, grip, hold in forces])
+
+
 def peak_moment(states: Sequence[StripState]) -> float:
     """Largest moment of a clamp on the end of the strip off the floor, over states, rho_a g L*^2; 0 of a hinge."""
     clamps = ((clamp_of(of.motion, of.model, at.lam), of, at) for of, at in states)
