@@ -71,6 +71,8 @@ RAISED, SWING, FOLLOWING = 0.1, 0.35, 0.4
 started; share of the time to the fastest motion in which it follows."""
 SLOW = 0.004
 """Largest speed of the gripper for which docs/measuring.md promises its accuracy, m/s."""
+TWISTED = 8e-4
+"""Way of the strip's edge by a twist from which it counts as one, m."""
 FRICTIONS = (0.0, 0.01, 0.02)
 """M_0 of the motions from dynamics, rho_a g L*^2."""
 BEFORE = 0.7
@@ -105,8 +107,8 @@ FACTORS: Mapping[str, Sequence[Any]] = {
 class Film(NamedTuple):
     """A film that can be written, see :func:`film`.
 
-    ``camera``: films with the same share a calibration; ``sound``: filmed as docs/measuring.md asks: a slow gripper,
-    nothing passes, no frame lost at the snap; ``moment``: M_0, rho_a g L*^2, where the strip moves by mechanics and its
+    ``camera``: films with the same share a calibration; ``sound``: filmed as docs/measuring.md asks: a slow gripper, no
+    twist, nothing passes, no frame lost at the snap; ``moment``: M_0, rho_a g L*^2, where the strip moves by mechanics and its
     gripper slowly, so that shapes give eta_b; else nan; ``calibrated``: the scene in which the camera is calibrated.
     """
 
@@ -153,8 +155,9 @@ def film(number: int, seed: int, dynamics: float = 0.0, chain: bool = False) -> 
         design = Design(number, seed)
         drawn = design.factors
         slow = bool(drawn["speed"] <= SLOW)
+        plane = drawn["twist"] * drawn["width"] < TWISTED
         moment = float(drawn["friction"]) if slow else nan
-        return Film(design, drawn["eta_b"], f"chain-{drawn['camera']}", seed, None, slow, moment)
+        return Film(design, drawn["eta_b"], f"chain-{drawn['camera']}", seed, None, slow and plane, moment)
     block, row = divmod(number, BLOCK)
     sampler = qmc.LatinHypercube(len(FACTORS), rng=np.random.default_rng([seed, block]))
     shares = sampler.random(BLOCK)[row]

@@ -164,7 +164,7 @@ def doubted(found: MotionEtaB | MeasurementError) -> str:
     if not isinstance(found, MotionEtaB | MisfitError) or found.residual < 2.0 * USUAL_MISFIT * found.unit:
         return ""
     off = f"{1e3 * found.residual:.2f} mm, {found.residual / found.unit:.1%} of L*"
-    asked = "are gripper.flat_end, height and offset right?"
+    asked = "are gripper.flat_end, height and offset right, and does the strip not twist?"
     return f"the strip's shapes are {off}, off those of any strip, usual is {USUAL_MISFIT:.1%}: {asked}"
 
 
