@@ -35,6 +35,8 @@ from stripfold.follow.contact_branch import BranchPoint, from_elastica, solved, 
 from stripfold.follow.memory import load, steps_on, with_effects
 from stripfold.follow.statics import StripModel, to_the_end
 from stripfold.follow.track import End, Track
+from stripfold.paths import geometric
+from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature
 from stripfold.strip.moving_contact import MovingContact
@@ -42,7 +44,7 @@ from stripfold.strip.problem import AlongPath, AlongX
 from tasks import textile
 from verification.common import Progress, attempted, dataset, pooled
 from verification.fabrics import COLUMNS, MAX_ROWS
-from verification.numbers import Facts, Number
+from verification.numbers import Facts, Number, share
 
 UNITS = {"m": "unit"}
 LAWS = ("secant", "measured")
@@ -102,7 +104,7 @@ def run(
     ]
     advances = np.array(pooled(partial(_advance, height, refinement), fabrics, threads, progress))
     advances = advances.reshape(len(numbers), len(DIRECTIONS), len(flattest), 2 + 2 * len(ESTIMATES))
-    paths = pooled(partial(_r_path, refinement), fabrics[:: len(flattest)], threads, progress)
+    paths = pooled(partial(_paths, refinement), fabrics[:: len(flattest)], threads, progress)
     dims = ("fabric", "direction", "flattest")
     return dataset(
         {
@@ -112,7 +114,7 @@ def run(
                 name: (("law", "gripper_height"), ends[..., i])
                 for i, name in enumerate(("advance", "curvature", "leaves"))
             },
-            "path_lost": ("law", [_followed(law, refinement, 0.0) for law in laws.values()]),
+            "path_lost": ("law", [_followed(plan_r_path(LENGTH).path, law, refinement) for law in laws.values()]),
             "measured_curvature": ("row", curvature),
             "measured_moment": ("row", moment),
             "fabric": ("fabric", [row[0] for _, row in known.rows]),
@@ -123,8 +125,10 @@ def run(
             "strip_snap": (dims, advances[..., 1]),
             "unit": ((*dims, "estimate"), advances[..., 2:6]),
             "predicted": ((*dims, "estimate"), advances[..., 6:]),
-            "followed": (dims[:2], np.reshape([one[0] for one in paths], (-1, len(DIRECTIONS)))),
-            "friction": (dims[:2], np.reshape([one[1] for one in paths], (-1, len(DIRECTIONS)))),
+            **{
+                name: (dims[:2], np.reshape([one[i] for one in paths], (-1, len(DIRECTIONS))))
+                for i, name in enumerate(("followed", "friction", "low", "triangular"))
+            },
         },
         {"height": height},
         units=UNITS,
@@ -134,8 +138,8 @@ def run(
 def bent(at: BranchPoint, law: Law) -> BranchPoint:
     """The state of a strip with a law, at the lambda of one of the linear strip, whose law changes in small steps."""
     curvature, moment = law
-    for share in SHARES:
-        partly = MomentCurvature(curvature, (1.0 - share) * curvature + share * moment)
+    for part in SHARES:
+        partly = MomentCurvature(curvature, (1.0 - part) * curvature + part * moment)
         problem = MovingContact(at.problem.mesh, at.problem.motion, (BendingLaw.of(at.model, partly),), at.contact)
         at = solved(problem, at.point.q, at.point.lam)
         if problem.mesh.drifted(at.contact):
@@ -172,9 +176,8 @@ def largest(at: BranchPoint) -> float:
     return float(np.abs(effect.curvature(at.u)).max())
 
 
-def _followed(law: Law, refinement: float, moment: float) -> float:
-    """Share of the R-path planned for the linear strip that is followed; 1 to the touch.  ``moment``: M_0."""
-    path = plan_r_path(LENGTH).path
+def _followed(path: GripperPath, law: Law, refinement: float, moment: float = 0.0) -> float:
+    """Share of a path planned for the linear strip that is followed; 1 to the touch.  ``moment``: M_0."""
     mesh = StripModel(LENGTH, THICKNESS, kind="rod").contact_mesh(refinement, memory=bool(moment))
     first = bent(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], LENGTH), FIRST), law)
     if moment:
@@ -261,8 +264,8 @@ def fold_height(fabric: Fabric) -> float:
         return shot(of, unknown[0], unknown[1], unknown[1:])[:2, -1] - (pi, 0.0)
 
     unknown = np.array([-3.745005, 4.683470])  # force and length of the linear strip's
-    for share in SHARES:
-        found = root(missed, unknown, args=(fabric._replace(curve=share * fabric.curve),), tol=1e-8)
+    for part in SHARES:
+        found = root(missed, unknown, args=(fabric._replace(curve=part * fabric.curve),), tol=1e-8)
         if not found.success or np.abs(found.x - unknown).max() > 1.0:
             raise SolveError(f"no folded state of this law: {found.message}")
         unknown = found.x
@@ -281,15 +284,24 @@ def _advance(height: float, refinement: float, fabric: Fabric) -> list[float]:
     return [*end, *units.values(), *predicted]
 
 
-def _r_path(refinement: float, fabric: Fabric) -> tuple[float, float]:
-    """Share of the R-path planned with the L* of the fold that is followed without friction; M_0 that suffices."""
+def _paths(refinement: float, fabric: Fabric) -> tuple[float, float, float, float]:
+    """Share of the R-path planned with the L* of the fold that is followed without friction; M_0 that suffices.
+
+    Then the shares of the low path at 1 L* and of the triangular path.
+    """
+    path = plan_r_path(LENGTH).path
     law, _ = attempted(lambda: fabric.law(fabric.units["fold"]))
-    without, _ = attempted(lambda: _followed(law, refinement, 0.0)) if law else (None, "")
-    if law is None or without is None:
-        return nan, nan
+    if law is None:
+        return nan, nan, nan, nan
+    without, low, triangular = (
+        nan if (found := attempted(partial(_followed, one, law, refinement))[0]) is None else found
+        for one in (path, geometric.low(LENGTH, 1.0), geometric.lifted_triangular(LENGTH, 1.0))
+    )
+    if np.isnan(without):
+        return nan, nan, low, triangular
     trials = (0.0,) if without == 1.0 else MOMENTS
-    found, _ = attempted(lambda: next((m for m in trials if _followed(law, refinement, m) == 1.0), inf))
-    return without, nan if found is None else found
+    found, _ = attempted(lambda: next((m for m in trials if _followed(path, law, refinement, m) == 1.0), inf))
+    return without, nan if found is None else found, low, triangular
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -317,6 +329,10 @@ def facts(d: xr.Dataset) -> Facts:
         "moment": HELD,
         "held": ((d.friction <= HELD) & decided).sum() / decided.sum(),
         "lost_at": f"{float(d.followed.min()):.2f} to {float(d.followed.max()):.2f}",
+        "low": share(d.low.values[d.low.notnull().values] == 1.0),
+        "low_tried": d.low.notnull().sum(),
+        "triangular": share(d.triangular.values[d.triangular.notnull().values] == 1.0),
+        "triangular_tried": d.triangular.notnull().sum(),
     }
 
 
@@ -339,6 +355,9 @@ NUMBERS = {
         Number("fabric_law_rpath", "held", "1", "no criterion",
             "share of these strips, of {tried} with a verdict, that follow the R-path planned with the eta_b of their "
             "fold with M_0 = {moment:g} rho_a g L*^2 or less; without friction they are lost at {lost_at} of it"),
+        Number("fabric_law_low", "low", "1", "= 1",
+            "share of these strips, of {low_tried} with a verdict, that follow the low path at 1 L* to the touch by "
+            "their own law, without friction; of the triangular path, of {triangular_tried}, {triangular:.2f}"),
     ),
 }
 # fmt: on

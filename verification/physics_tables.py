@@ -71,6 +71,24 @@ def textile(data: xr.Dataset) -> str:
     return _over(data, "gripper_height", "z / L*", rows)
 
 
+def fabric_paths(data: xr.Dataset) -> str:
+    """Of each fabric, along warp and weft: where its strip is lost on a path, as a share, and M_0 that suffices."""
+
+    def shown(value: float) -> str:
+        return "-" if np.isnan(value) else "followed" if value == 1.0 else f"{value:.2f}"
+
+    def friction(value: float) -> str:
+        return "-" if np.isnan(value) else "> 0.8" if np.isinf(value) else f"{value:g}"
+
+    rows = []
+    for name in data.fabric.values:
+        for direction in data.direction.values:
+            one = data.sel(fabric=name, direction=direction)
+            lost = [shown(float(one[path])) for path in ("low", "triangular", "followed")]
+            rows.append([f"{name}, {direction}", *lost, friction(float(one.friction))])
+    return markdown_table(["fabric", "low path", "triangular", "R-path", r"M_0 / (rho_a g L\*^2)"], rows)
+
+
 def fabrics(data: xr.Dataset) -> str:
     """Those whose friction is known, the least first."""
     known = data.sel(fabric=data.bent.values).drop_vars("bent").assign(friction=("fabric", data.friction.values))
@@ -87,6 +105,7 @@ TABLES: dict[str, tuple[str, Callable[[xr.Dataset], str]]] = {
     "first touch with friction": ("friction_touch", first_touch),
     "friction of fabrics": ("fabrics", fabrics),
     "law of the textile": ("fabric_laws", textile),
+    "paths of fabrics": ("fabric_laws", fabric_paths),
     "variants": ("variants", variants.markdown),
 }
 """The study and the function of each table."""

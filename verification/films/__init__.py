@@ -108,8 +108,9 @@ class Film(NamedTuple):
     """A film that can be written, see :func:`film`.
 
     ``camera``: films with the same share a calibration; ``sound``: filmed as docs/measuring.md asks: a slow gripper, no
-    twist, nothing passes, no frame lost at the snap; ``moment``: M_0, rho_a g L*^2, where the strip moves by mechanics and its
-    gripper slowly, so that shapes give eta_b; else nan; ``calibrated``: the scene in which the camera is calibrated.
+    twist, nothing passes, no frame lost at the snap; ``moment``: M_0, rho_a g L*^2, where the strip moves by mechanics
+    and its gripper slowly, so that shapes give eta_b; else nan; ``calibrated``: the scene in which the camera is
+    calibrated.
     """
 
     scene: Scene | Design
