@@ -30,7 +30,7 @@ from stripfold.draw.colours import BLUE, GREY, VERMILLION
 from stripfold.draw.style import figure, styled
 from stripfold.follow.contact_branch import BranchPoint, transferred
 from stripfold.follow.statics import StripModel, follow
-from stripfold.follow.time import follow_in_time
+from stripfold.follow.time import BUMP_WIDTH, RUCK, Ridge, follow_in_time
 from stripfold.follow.track import BUMP, StripState, grip_and_hold, peak_push
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.solve import continuation, newton
@@ -60,8 +60,6 @@ SPEED, DAMPING, REFINEMENT = 0.05, Damping(air=0.1, stiffness=0.06), 0.5
 """Of the gripper, sqrt(g L*): slow, so that what counts is the push.  Elements half as long as usual: on those of
 0.1 L* what is free at a push of 54 may jump by one of them."""
 TICKS = (0.3, 0.5, 1.0, 2.0, 4.0)
-RUCK = 0.1
-"""Height over the ridge that is a ruck."""
 
 
 class Bump(NamedTuple):
@@ -156,19 +154,6 @@ def _bump_of_model(strip: StripModel, of: Bump) -> BranchPoint:
     return BranchPoint(problem, continuation.evaluate(problem, state, Tangent(row, 0.0)))
 
 
-class Ridge(NamedTuple):
-    """A ridge across the table under a flat strip, a full wave of a cosine; ``place``: from the grasped end."""
-
-    height: float
-    width: float
-    place: float
-
-    def at(self, s: Array) -> Array:
-        """Its height at distances from the grasped end."""
-        share = np.clip((s - self.place) / self.width, -0.5, 0.5)
-        return np.asarray(self.height * np.cos(pi * share) ** 2)
-
-
 class Case(NamedTuple):
     """A strip, its straight path and a ridge, as high as ``ratio`` times the bump at the largest push; its ``width``
     over the bump's."""
@@ -195,13 +180,13 @@ def case(number: int, seed: int) -> Case:
     flat = Case(length, thickness, slope, Ridge(0.0, 1.0, place), ratio)
     found = follow(StripModel(length, thickness, kind="rod").contact_mesh(), flat.path, length, until="touch")
     push, _ = peak_push(found.states)
-    return flat._replace(ridge=Ridge(ratio * BUMP / push**2, width * 2.0 * NARROW / sqrt(push), place), width=width)
+    return flat._replace(ridge=Ridge(ratio * BUMP / push**2, width * BUMP_WIDTH / sqrt(push), place), width=width)
 
 
 def by_rod(of: Case) -> float:
     """Largest height of what lies over the ridge, by the rod in time."""
     strip = StripModel(of.length, of.thickness, kind="rod")
-    moved = follow_in_time(strip, of.path, 0.0, damping=DAMPING, speed=SPEED, refinement=REFINEMENT, table=of.ridge.at)
+    moved = follow_in_time(strip, of.path, 0.0, damping=DAMPING, speed=SPEED, refinement=REFINEMENT, ridge=of.ridge)
     model = moved.states[0].problem.model
     lies = model.s >= PLACE[0] - 0.5
     z = np.array([state.q[model.middle[lies, 1]] for _, state in moved.states])
@@ -322,7 +307,7 @@ def _planned(seed: int, number: int) -> tuple[str, str]:
     static, moment = [verdict.states for verdict in choice.verdicts], choice.sufficient_moment or 0.0
     width, place = random.uniform(0.02, 0.1), random.uniform(0.2, 0.8) * asked.length
     found, message = attempted(
-        lambda: in_time(asked, choice.path, static, moment, lambda line: None, Ridge(asked.flatness, width, place).at)
+        lambda: in_time(asked, choice.path, static, moment, lambda line: None, Ridge(asked.flatness, width, place))
     )
     return choice.path.name, "" if isinstance(found, InTime) else str(found or message)
 

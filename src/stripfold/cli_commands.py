@@ -451,7 +451,7 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     said = answer(found, arguments)
     if arguments.film is not None:
         found.film(arguments.film, say)
-    doubtful = found.flatness_ratio < 1.0 or found.slips or found.mesh_dependence
+    doubtful = found.may_ruck or found.slips or found.mesh_dependence
     passed = found.stable and found.folded and not doubtful
     return said, 1 if arguments.check and not passed else 0
 

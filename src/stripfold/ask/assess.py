@@ -30,7 +30,7 @@ from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import STEP, effects_of, load_path
 from stripfold.follow.statics import StripModel, branch, remeshed
-from stripfold.follow.time import follow_in_time
+from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import (
     BUMP,
     COMPRESSION,
@@ -114,6 +114,9 @@ class PathAssessment(Result):
     flatness_ratio
         Height of the lowest waves of the table from which this push lifts the strip, half of the bump's, over the
         ``flatness`` of the inputs: below 1 a wrinkle may grow to a ruck; inf without a push or with flatness 0.
+    rucked
+        Whether what lies rucks in time on a ridge of that height, as wide as the bump, behind the lift-off under the
+        largest static push; None where statics alone were asked for, or say that nothing grows.
     completed
         Whether the path was followed to its end.
     contact
@@ -151,6 +154,7 @@ class PathAssessment(Result):
     push_z: float
     bump: float
     flatness_ratio: float
+    rucked: bool | None
     folded: bool
     end_error: float
     completed: bool
@@ -225,6 +229,11 @@ class PathAssessment(Result):
         return f"{'yes' if self.folded else 'no'}: {place}"
 
     @property
+    def may_ruck(self) -> bool:
+        """Whether wrinkles grow, in time where that was asked for."""
+        return self.flatness_ratio < 1.0 if self.rucked is None else self.rucked
+
+    @property
     def slips(self) -> bool:
         """Whether what lies slips with the ``table_friction`` of the inputs."""
         return isfinite(self.slip_t)
@@ -249,8 +258,11 @@ class PathAssessment(Result):
             return "none"
         unit = self.asked.gravity_length
         bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it"
-        if self.flatness_ratio < 1.0:
-            bump += f", and wrinkles may be {1e3 * self.asked.flatness:.2g} mm high: it may ruck"
+        flatness = f"{1e3 * self.asked.flatness:.2g} mm"
+        if self.rucked is not None:
+            bump += f"; on a ridge of {flatness} it {'rucks' if self.rucked else 'does not ruck'} in time"
+        elif self.may_ruck:
+            bump += f", and wrinkles may be {flatness} high: it may ruck"
         if self.bump > unit:
             bump = f"no bump lower than {1e3 * unit:.2g} mm grows under it"
         return f"{self.peak_push:.4g} N/m  (on what lies, gripper {1e3 * self.push_z:.1f} mm high; {bump})"
@@ -380,18 +392,29 @@ def assess(
             changes, touch_change, dependence = mesh_change(found, again())
         except SolveError as error:
             dependence = " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
-    events, failure = _events(found, material, curve, changes), found.failure
+    events, failure, rucked = _events(found, material, curve, changes), found.failure, None
     if asked.layer_friction is not None:
         if found.touch is not None:  # these statics know no friction between the layers
             events = []
         damping = in_solver_units(Release(), material).damping
+        # Wrinkles are there where they may grow.
+        wrinkled = _flatness_ratio(peak_push(found.static)[0], asked) < 1.0
+        ridge = Ridge.worst(found.static, asked.flatness / unit) if wrinkled else None
         try:
             found = follow_in_time(
-                strip, curve, asked.layer_friction, moment, damping=damping, refinement=refinement, progress=progress
+                strip,
+                curve,
+                asked.layer_friction,
+                moment,
+                damping=damping,
+                refinement=refinement,
+                ridge=ridge,
+                progress=progress,
             )
         except SolveError as error:
             failure = error
         else:
+            rucked = rucks(found) if wrinkled else None
             touch_change = nan  # of the motion in time there is one run
     second = None
     if asked.second_gripper is not None:
@@ -437,7 +460,8 @@ def assess(
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
         bump=bump,
-        flatness_ratio=unit * WAVE / push**2 / asked.flatness if push and asked.flatness else inf,
+        flatness_ratio=_flatness_ratio(push, asked),
+        rucked=rucked,
         folded=bool(distance <= folded_loop().height),
         end_error=unit * end_error,
         completed=completed,
@@ -452,6 +476,13 @@ def assess(
         states=states,
         falls=tuple((_statics(found, part.start), found.states[part]) for part in found.falls),
     )
+
+
+def _flatness_ratio(push: float, asked: PathInputs) -> float:
+    """Height of the lowest waves from which a push, rho_a g L*, lifts the strip, over the flatness; inf for none."""
+    if not (push and asked.flatness):
+        return inf
+    return WAVE / push**2 * asked.gravity_length / asked.flatness
 
 
 def _slip(found: Track, friction: Array, bound: float) -> float:

@@ -224,7 +224,7 @@ class _Chooser:
         if verdict.slips:
             place = f"x = {verdict.slip_x:.4g} m, z = {verdict.slip_z:.4g} m"
             return f"slips on the table at {place}: to hold it takes friction of {verdict.hold_friction:.2g}"
-        if verdict.flatness_ratio < 1.0:
+        if verdict.may_ruck:
             height = f"{1e3 * verdict.flatness_ratio * self.asked.flatness:.2g} mm"
             return f"pushes what lies with {verdict.peak_push:.3g} N/m, which lifts it from waves of {height}"
         return verdict

@@ -18,7 +18,7 @@ from stripfold.elastica import folded_loop
 from stripfold.files.reporting import Rows
 from stripfold.follow import time
 from stripfold.follow.statics import StripModel
-from stripfold.follow.time import follow_in_time
+from stripfold.follow.time import Ridge, follow_in_time
 from stripfold.follow.track import StripState, nodes, shape_error
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
@@ -79,13 +79,13 @@ def in_time(
     static: Sequence[Sequence[StripState]],
     moment: float,
     say: Callable[[str], None],
-    table: Callable[[Array], Array] | None = None,
+    ridge: Ridge | None = None,
 ) -> InTime | str:
     """Follow a path in time with the three eta_b, or say what happens with one of them instead.
 
     ``asked``: the strips, their kappa_y, and speed and acceleration of the gripper.  ``static``: for each eta_b the
     static states, L*.  ``moment``: M_0 of the bending hysteresis, N; 0 for none.  ``say``: called with a line on how
-    much is done.  ``table``: its height at distances from the grasped end, m; by default it is flat.
+    much is done.  ``ridge``: of the table under the flat strip, m.
     """
     found: list[PlannedMotion] = []
     for strip, states in zip(asked.strips, static, strict=True):
@@ -95,7 +95,7 @@ def in_time(
             say(f"{line}, with eta_b = {eta_b:.4g}")
 
         try:
-            moved = _moved(asked, strip, path.curve.scaled(1.0 / unit), states, moment, said, table)
+            moved = _moved(asked, strip, path.curve.scaled(1.0 / unit), states, moment, said, ridge)
         except SolveError as error:
             return f"{at_speed} cannot be followed: {error}"
         # A strip that has left its static state, as in a snap, is farther from it than its fold is high.
@@ -115,7 +115,7 @@ def _moved(
     static: Sequence[StripState],
     moment: float,
     progress: Callable[[str], None],
-    table: Callable[[Array], Array] | None,
+    ridge: Ridge | None,
 ) -> PlannedMotion:
     """Follow a path, L*, with one eta_b; errors are those of :func:`.follow_in_time`."""
     material, unit = strip.material, strip.gravity_length
@@ -129,7 +129,7 @@ def _moved(
         speed=timed(
             *path.sampled(SPACING), asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
         ),
-        table=None if table is None else lambda s: table(unit * s) / unit,
+        ridge=None if ridge is None else Ridge(*(of / unit for of in ridge)),
         options=TIME_OPTIONS,
         progress=progress,
     )

@@ -9,22 +9,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from math import ceil, inf
-from typing import Any
+from itertools import pairwise
+from math import ceil, inf, pi, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.progress import SLOW, Percent
-from stripfold.follow.contact import touches
+from stripfold.follow.contact import lift_off, lying_parts, touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
 from stripfold.follow.fall import to_rest
 from stripfold.follow.memory import STEP, effects_of, load, with_effects
 from stripfold.follow.statics import FIRST, StripModel, lift, start_along_x
-from stripfold.follow.track import End, StripState, Track
+from stripfold.follow.track import End, StripState, Track, grip_and_hold
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import TimedPath
 from stripfold.solve import dynamics, newton
@@ -44,10 +45,52 @@ ELEMENT = 0.1
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_iterations=25))
 """Error per step, L*: that of a fall behind its first touch, as the state at rest counts.  Layers that begin to slide
 need more iterations."""
+BUMP_WIDTH = 8.98682
+"""Width of a bump of small slopes times the root of the push: twice the least root of tan(a) = a."""
+FINE = 17.0
+"""Elements over its width, so that what is free does not jump by one of them under the push."""
+RUCK = 0.1
+"""Height of a ruck, L*."""
 MAX_STEPS = 20000
 """Steps in time within which a strip has to touch or fall."""
 SIZES = replace(NODAL_SIZES, free=0.1)
 """Elements of the motion through a snap: friction delays it, and the lift-off passes more of the strip."""
+
+
+class Ridge(NamedTuple):
+    """A ridge across the table under the flat strip, a full wave of a cosine; ``place``: from the grasped end.
+
+    Lengths in the unit of the places that it is asked for.
+    """
+
+    height: float
+    width: float
+    place: float
+
+    @classmethod
+    def worst(cls, states: Sequence[StripState], height: float) -> Ridge:
+        """The one of this height that grows most easily: as wide as the bump, and behind the lift-off, L*.
+
+        ``states``: static ones, of which that with the largest push counts.
+        """
+        push, problem, point = max((grip_and_hold(*state)[0][0], *state) for state in states)
+        width = BUMP_WIDTH / sqrt(push)
+        return cls(height, width, lift_off(problem.model, point) + width)
+
+    def at(self, s: Array) -> Array:
+        """Its height at distances from the grasped end."""
+        share = np.clip((s - self.place) / self.width, -0.5, 0.5)
+        return np.asarray(self.height * np.cos(pi * share) ** 2)
+
+
+def rucks(found: Track) -> bool:
+    """Whether what lies has risen between its ends to more than :data:`RUCK`."""
+    for problem, state in found.states:
+        x, z = problem.model.mid_surface(state.q).T
+        parts = lying_parts(problem.model, state)
+        if any(x[a[-1]] < x[b[0]] and z[a[-1] : b[0]].max() > RUCK for a, b in pairwise(parts)):
+            return True
+    return False
 
 
 def follow_in_time(
@@ -60,7 +103,7 @@ def follow_in_time(
     yield_curvature: float = YIELD_CURVATURE,
     speed: float | TimedPath = SPEED,
     refinement: float = 1.0,
-    table: Callable[[Array], Array] | None = None,
+    ridge: Ridge | None = None,
     options: TimeOptions = TIME_OPTIONS,
     progress: Callable[[str], None] | None = None,
 ) -> Track:
@@ -69,17 +112,18 @@ def follow_in_time(
     ``strip``, ``path``: the strip and the gripper's path, L*.  ``mu``: coefficient of friction between the layers and
     on the floor.  ``moment``: M_0 of the bending hysteresis, rho_a g L*^2.  ``damping``: physical damping.
     ``yield_curvature``: kappa_y of that hysteresis, 1/L*.  ``speed``: of the gripper, sqrt(g L*), or where it is when.
-    ``refinement``: factor on the element lengths.  ``table``: its height at distances from the grasped end, L*; by
-    default it is flat.  ``progress``: called with a line on how much of the path is done.
+    ``refinement``: factor on the element lengths, which are shorter where the strip lies on a ``ridge`` of the table.
+    ``progress``: called with a line on how much of the path is done.
 
     Raises SolveError: the first state cannot be computed; TimeStepError: as :func:`.fall.to_rest`.
     """
-    model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
+    element = ELEMENT * refinement if ridge is None else min(ELEMENT * refinement, ridge.width / FINE)
+    model = strip.model(ceil(strip.length / element))
     problem = StripProblem(
         model,
         AlongPath(path, strip.length),
         self_contact=SelfContact.of(model, strip.thickness),
-        table=None if table is None else table(model.s),
+        table=None if ridge is None else ridge.at(model.s),
     )
     lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
     q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
