@@ -52,7 +52,9 @@ def test_the_ratio_is_that_of_the_lowest_waves() -> None:
     assert strip.assess(sf.paths.low(strip, 0.009), model="rod", flatness=0.0).flatness_ratio == np.inf
 
 
-@pytest.mark.parametrize(("share", "rucked"), [pytest.param(0.9, None, marks=pytest.mark.slow), (1.15, False), (1.7, True)])
+@pytest.mark.parametrize(
+    ("share", "rucked"), [pytest.param(0.9, None, marks=pytest.mark.slow), (1.15, False), (1.7, True)]
+)
 def test_a_verdict_in_time_lays_the_strip_on_a_ridge_where_it_may_ruck(share: float, rucked: bool | None) -> None:
     """The flatness as a share of the lowest waves that the push lifts the strip from; a ridge grows from 1.3 on."""
     strip = sf.Strip(length=9.0 * sf.Strip(length=1.0, eta_b=5000.0).gravity_length, eta_b=5000.0)

@@ -82,7 +82,8 @@ def bump(push: float) -> Bump:
         return np.array([curvature, bending, np.cos(angle), np.sin(angle), 0.5 * curvature**2 + z])
 
     def shot(length: float) -> Any:
-        return solve_ivp(rates, (0.0, length), np.zeros(5), args=(length,), rtol=1e-11, atol=1e-13, dense_output=True)
+        how: dict[str, Any] = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "dense_output": True}
+        return solve_ivp(rates, (0.0, length), np.zeros(5), args=(length,), **how)
 
     guess = NARROW / sqrt(push)
     length = brentq(lambda length: shot(length).y[0, -1], 0.8 * guess, 1.3 * guess, xtol=1e-12)
