@@ -4,7 +4,7 @@ A bump with a push is computed by shooting on the heavy elastica; the displaceme
 none, the fold of the bump's branch, by the rod and the solid, too.  Then a straight path pushes strips that lie on a
 random ridge of the table, in time by the rod and by a chain of point masses that shares no code with it; and planned
 paths are followed in time with a ridge as high as they allow for.
-Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, section 9.
+Lengths in L*, forces in rho_a g L*.  Source: docs/low-path.md.
 """
 
 from __future__ import annotations
