@@ -139,6 +139,14 @@ class TestAlongX:
             self.strip.critical(0.09, clamp=0.0, **given)
 
 
+@pytest.mark.parametrize("gripper", ["hinge", "turning"])
+def test_the_planned_way_is_along_the_boundary(gripper: Gripper) -> None:
+    """As for a strip without thickness: the planned states become unstable without ceasing to be."""
+    (event,) = r_path(14.0, "rod", gripper, 0.01).events
+    assert event.angle < 2.0
+
+
+
 def test_a_limit_point_that_other_elements_have_behind_the_corner() -> None:
     """The branch is followed to the corner, not past it, where the path of the piece before ends."""
     path = plan_r_path(20.0).path

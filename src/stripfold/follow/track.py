@@ -309,12 +309,15 @@ def boundary_angle(problem: StripProblem, point: Point | TimeState) -> float:
     """Angle between the gripper's way and the stability boundary in the plane of gripper places, degrees.
 
     The boundary's normal is what the critical mode feels of a move of the gripper: the mode times the tangent's
-    columns of the grasp.
+    columns of the grasp.  A clamp that turns has its angle, rad, as a third coordinate.
     """
     assert isinstance(point, Point)
-    _, tangent, _ = problem.linearise(point.q, point.lam)
+    _, tangent, load_rate = problem.linearise(point.q, point.lam)
     normal = (tangent @ point.mode)[problem.model.middle[0]]
     way = problem.motion.rates(point.lam)
+    if (clamp := clamp_of(problem.motion, problem.model, point.lam)) is not None and clamp.rate:
+        normal = np.append(normal, float(load_rate @ point.mode) / clamp.rate)
+        way = np.append(way, clamp.rate)
     sine = abs(float(normal @ way)) / float(np.linalg.norm(normal) * np.linalg.norm(way))
     return degrees(np.arcsin(min(sine, 1.0)))
 
