@@ -22,12 +22,12 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
-from plots.pieces import note
+from plots.pieces import PATH_LOOKS, note
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.material import GRAVITY
-from stripfold.draw.colours import BLACK, GREY, SKY
+from stripfold.draw.colours import BLACK, GREEN, GREY, SKY
 from stripfold.draw.style import figure, styled
 from stripfold.files import tables
 from stripfold.follow import contact_branch
@@ -365,11 +365,19 @@ NUMBERS = {
 LOOKS = {"measured": ("measured law", BLACK), "secant": ("secant", SKY)}
 
 
+def _look(path: str) -> tuple[str, str, str]:
+    label, how = PATH_LOOKS[path]
+    return label, how.color, how.marker
+
+
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw (a) moment over curvature, with the sharpest bend of each critical state, (b) lambda_c over the height."""
-    fig = figure(4.6)
-    top, bottom = fig.subplots(2, 1)
+    """Draw (a) moment over curvature, with the sharpest bend of each critical state, (b) lambda_c over the height.
+
+    Then (c) how far strips with the law of a fabric are followed on three paths.
+    """
+    fig = figure(6.6)
+    top, bottom, fabrics = fig.subplots(3, 1)
     kappa, moment = data["measured_curvature"].values, data["measured_moment"].values
     laws = {"measured": MomentCurvature(kappa, moment), "secant": MomentCurvature(kappa, kappa)}
     for name, (label, color) in LOOKS.items():
@@ -389,7 +397,15 @@ def draw(data: xr.Dataset) -> Figure:
     top.set(xlabel=r"curvature $\kappa L^*$", ylabel=r"moment $m\,/\,\rho_a g {L^*}^2$")
     top.set(xlim=(0.0, None), ylim=(0.0, 1.15 * laws["measured"].moment(data["curvature"].values).max()))
     bottom.set(xlabel=r"gripper height $z\,/\,L^*$", ylabel=r"advance $\lambda\,/\,L^*$", ylim=(0.0, None))
-    for ax, letter in ((top, "(a)"), (bottom, "(b)")):
+    order = np.argsort(data["followed"].values, axis=None)
+    for name, label, color, marker in (
+        ("low", "low path", GREEN, "s"),
+        ("followed", *_look("r-path")),
+        ("triangular", *_look("triangular")),
+    ):
+        fabrics.plot(data[name].values.ravel()[order], marker, color=color, ms=3.5, label=label)
+    fabrics.set(xlabel="fabric along warp or weft", ylabel="followed share of the path", ylim=(0.0, 1.1), xticks=[])
+    for ax, letter in ((top, "(a)"), (bottom, "(b)"), (fabrics, "(c)")):
         ax.legend(loc="lower right", fontsize=7)
         note(ax, letter)
     return fig
