@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stripfold import Strip
-from stripfold.base.errors import SolveError
+from stripfold import Strip, elastica
+from stripfold.base.errors import InvalidInputError, SolveError
+from stripfold.base.material import Material
 from stripfold.follow import fall
 from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.contact_branch import BranchPoint
@@ -127,3 +128,39 @@ def test_statics_alone_end_at_the_critical_point() -> None:
     assert alone.lambda_c == with_fall.lambda_c
     assert np.isnan(alone.touch).all()
     assert alone.dataset.attrs["end"] == "the critical point: statics alone do not lead past it"
+
+
+class TestInternalFriction:
+    """A fall with bending friction, from the static limit that it delays."""
+
+    SCENE, MOMENT = Strip(length=0.6, eta_b=3780.0), 0.004
+
+    @pytest.fixture(scope="class")
+    def fallen(self):
+        material = Material(3780.0)
+        moment = self.MOMENT * material.force_scale * material.gravity_length
+        return self.SCENE.collapse(0.09, model="rod", friction_moment=moment).dataset
+
+    def test_it_delays_the_snap(self, fallen):
+        """By the law of the elastica for small moments."""
+        unit = Material(3780.0).gravity_length
+        delay = (float(fallen.lambda_c) - self.SCENE.critical(0.09, model="rod").lambda_c) / unit
+        assert delay == pytest.approx(elastica.friction_delay(0.09 / unit) * self.MOMENT, rel=0.1)
+
+    def test_the_fall_is_followed_to_rest_and_dissipates(self, fallen):
+        falling = fallen.isel(state=fallen.phase.values == "fall")
+        assert float(fallen.touch_x) < 0.0
+        assert "rest" in fallen.attrs["end"]
+        assert float(falling.friction[-1]) > 1e-3 * float(abs(falling.elastic[0] - falling.elastic[-1]))
+        assert np.abs(falling.closing.values).max() < 1e-9
+        row = fallen.sel(effect="friction")
+        assert bool(row.needed)
+        assert bool(row.active)
+
+    def test_it_is_off_or_on_as_asked(self):
+        asked = {"model": "rod", "effects": {"friction": "off", "inertia": "off"}}
+        off, without = (self.SCENE.collapse(0.09, friction_moment=moment, **asked).dataset for moment in (1e-5, 0.0))
+        assert float(off.lambda_c) == float(without.lambda_c)
+        assert "friction" in off.attrs["missing"].split(", ")
+        with pytest.raises(InvalidInputError, match="friction_moment"):
+            self.SCENE.collapse(0.09, effects={"friction": "on"})

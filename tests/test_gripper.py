@@ -146,7 +146,6 @@ def test_the_planned_way_is_along_the_boundary(gripper: Gripper) -> None:
     assert event.angle < 2.0
 
 
-
 def test_a_limit_point_that_other_elements_have_behind_the_corner() -> None:
     """The branch is followed to the corner, not past it, where the path of the piece before ends."""
     path = plan_r_path(20.0).path

@@ -23,6 +23,7 @@ from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.fall import Fall, collapse
 from stripfold.follow.statics import StripModel
+from stripfold.follow.time import collapse_with_friction
 from stripfold.follow.track import End, StripState, Track, mid_surfaces, node_weights, nodes
 from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.schemes import Damping
@@ -39,7 +40,7 @@ IN_STATICS = ("kinetic", "elastic", "gravity")
 ENDS = {
     End.SNAP: "another critical point",
     End.TOUCH: "first touch",
-    End.REST: "rest after the fall: statics do not know the friction between the layers",
+    End.REST: "rest after the fall: with friction no statics go on from it",
     End.LIFTED: End.LIFTED.value,
     End.LAYERS: "layers meet above the floor: statics do not know that contact",
     End.PATH: "the gripper is above the held end",
@@ -165,7 +166,11 @@ def timed(simulation: Simulation, progress: Progress | None = None) -> tuple[xr.
     layers = thickness if asked.self_contact != "off" else None
     mu = simulation.layer_friction if asked.layer_friction != "off" else 0.0
     began = perf_counter()
-    found = collapse(strip, simulation.height_star, fall, progress=progress, self_contact=layers, layer_friction=mu)
+    with_these: dict[str, Any] = {"progress": progress, "self_contact": layers, "layer_friction": mu}
+    if simulation.friction_star and asked.friction != "off":
+        found = collapse_with_friction(strip, simulation.height_star, simulation.friction_star, fall, **with_these)
+    else:
+        found = collapse(strip, simulation.height_star, fall, **with_these)
     whole = perf_counter() - began
     effects, self_contact = record(simulation, found)
     return _dataset(simulation, found).merge(effects).assign_attrs(effects.attrs), Clock(whole, self_contact)
@@ -270,7 +275,14 @@ def record(simulation: Simulation, found: Track) -> tuple[xr.Dataset, float]:
         ),
         # At lambda_c its slope is zero and falls.
         INERTIA: Effect(True, -1.0, 0.0, maximum, bool(falling), 0.0 if falling else nan),
-        FRICTION: Effect(False, 0.0, 0.0, "the scene names no internal friction", False),
+        FRICTION: Effect(
+            simulation.friction_star > 0.0,
+            simulation.friction_star,
+            0.0,
+            f"the fabric's friction moment is {simulation.friction_star:.2g} rho_a g L*^2",
+            simulation.friction_star > 0.0 and asked.friction != "off",
+            0.0 if simulation.friction_star and asked.friction != "off" and falling else nan,
+        ),
         # It acts on the upper layer from the first touch on.
         LAYER_FRICTION: Effect(
             touch is not None and mu > 0.0,

@@ -422,9 +422,6 @@ class Effects(Input):
         if self.contact == "off":
             advice = "the strip starts lying on the floor: without contact there is no state to start from"
             raise InvalidInputError("contact", "off", "auto or on", advice)
-        if self.friction == "on":
-            advice = "a fall has no internal friction; `stripfold assess` has, with --friction-moment or --pull"
-            raise InvalidInputError("friction", "on", "auto or off", advice)
         return self
 
 
@@ -448,7 +445,17 @@ class Simulation(AtHeight, Release):
     layer_friction: Annotated[
         Number, quantity("coefficient of friction between the layers and on the floor", ge=0.0, le=MAX_MU)
     ] = 0.0
+    friction_moment: Annotated[
+        Number, quantity("M_0 of the fabric's bending hysteresis, per width", "N", ge=0.0, le=1e3)
+    ] = 0.0
     effects: Annotated[Effects, BeforeValidator(_all_auto)] = Effects()
+
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        if self.effects.friction == "on" and not self.friction_moment:
+            advice = "give the scene a friction_moment, N: half the height of the loop of a bending test"
+            raise InvalidInputError("effects.friction", "on", "auto or off without one", advice)
+        return self
 
     @model_validator(mode="after")
     def _resolve_model(self) -> Self:
@@ -463,6 +470,11 @@ class Simulation(AtHeight, Release):
             object.__setattr__(self, "model", "rod")
         self.require_long_enough()
         return self
+
+    @property
+    def friction_star(self) -> float:
+        """M_0, rho_a g L*^2."""
+        return self.friction_moment / (self.material.force_scale * self.gravity_length)
 
     @property
     def time_unit(self) -> float:

@@ -141,6 +141,7 @@ class Strip:
         release: Release | Mapping[str, Any] | None = None,
         model: MovingModel | None = None,
         effects: Mapping[str, str] | None = None,
+        friction_moment: float = 0.0,
         accuracy: float = 1e-3,
         progress: Progress | None = None,
     ) -> StripCollapse:
@@ -156,6 +157,9 @@ class Strip:
             "solid" or "rod"; without it the solid, or with ``effects`` the model that those say or need.
         effects
             "auto", "on" or "off" by the effect's name (docs/effects.md); "auto" where none is given.
+        friction_moment
+            M_0, N: largest moment of the fabric's bending hysteresis, per width.  With it the end is the rest after
+            the fall.
         accuracy
             Requested relative accuracy of lambda_c, by which effects are needed or not.
 
@@ -172,7 +176,12 @@ class Strip:
         with within("release"):
             released = Release.of({} if release is None else release).model_dump()
         chosen = {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
-        asked = Simulation.of(asdict(self) | {"height": height, "accuracy": accuracy} | released | chosen)
+        asked = Simulation.of(
+            asdict(self)
+            | {"height": height, "accuracy": accuracy, "friction_moment": friction_moment}
+            | released
+            | chosen
+        )
         from stripfold.ask.collapse import StripCollapse
 
         return StripCollapse.of(asked, progress)

@@ -17,19 +17,19 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
-from stripfold.base.progress import SLOW, Percent
-from stripfold.follow.contact import lift_off, lying_parts, touches
+from stripfold.base.progress import FALL, SLOW, Percent
+from stripfold.follow.contact import lies_apart, lift_off, lying_parts, touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
-from stripfold.follow.fall import to_rest
+from stripfold.follow.fall import TOUCH_TOLERANCE, Fall, to_rest
 from stripfold.follow.memory import STEP, effects_of, load, with_effects
 from stripfold.follow.statics import FIRST, StripModel, lift, start_along_x
 from stripfold.follow.track import End, StripState, Track, grip_and_hold
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import TimedPath
 from stripfold.solve import dynamics, newton
-from stripfold.solve.dynamics import Drive, Moving, TimeOptions, TimeState
+from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
 from stripfold.strip.effects import YIELD_CURVATURE, Hysteresis
@@ -51,6 +51,9 @@ FINE = 17.0
 """Elements over its width, so that what is free does not jump by one of them under the push."""
 RUCK = 0.1
 """Height of a ruck, L*."""
+CREEP, LOST, CREPT = 0.005, 0.05, 0.2
+"""Speed of a gripper that creeps past a static limit, and of the strip at which it stops, sqrt(g L*); way in which that
+has to happen, L*."""
 MAX_STEPS = 20000
 """Steps in time within which a strip has to touch or fall."""
 SIZES = replace(NODAL_SIZES, free=0.1)
@@ -157,10 +160,11 @@ def _followed(
     options: TimeOptions,
     moving: float,
     moved: Percent | None = None,
+    until: Sequence[TimeEvent] = (),
 ) -> Track:
-    """To rest after the gripper has moved for some time."""
+    """To rest after the gripper has moved for some time, or to an earlier event."""
     states: list[StripState] = []
-    for state in to_rest(problem, [first], drive, damping, options, moving=moving):
+    for state in to_rest(problem, [first], drive, damping, options, *until, moving=moving):
         if moved is not None:
             moved(min(state.t / moving, 1.0))
         states.append(StripState(problem, state))
@@ -218,6 +222,60 @@ def through_snap(
         if len(states) > MAX_STEPS:
             raise SolveError("the strip does not come down", parameter=state.lam)
     raise AssertionError("a motion does not end by itself")
+
+
+def collapse_with_friction(
+    strip: StripModel,
+    height: float,
+    friction: float,
+    fall: Fall | None,
+    refinement: float = 1.0,
+    progress: Callable[[str], None] | None = None,
+    self_contact: float | None = None,
+    layer_friction: float = 0.0,
+) -> Track:
+    """Advance a strip with bending friction to its static limit and let it fall to rest, or to its first touch.
+
+    ``friction``: M_0 of the bending hysteresis, rho_a g L*^2; the rest as for :func:`.fall.collapse`.  No mode is known
+    of a strip with memory: a gripper that is to be held creeps on until the strip outruns it, without a disturbance.
+
+    Raises SolveError: there is no snap at this height, a part could not be computed, or the strip did not fall;
+    TimeStepError: the motion could not be followed.
+    """
+    say = progress or (lambda _: None)
+    say("statics with friction to the limit")
+    static = static_limit(strip, height, friction, refinement)
+    if fall is None:
+        return static
+    before, at = static.branch[-2:]
+    problem, first = set_in_motion(before, at, fall.speed or CREEP, model_in_time(at, refinement))
+    model = problem.model
+    if self_contact is not None:
+        problem = replace(problem, self_contact=SelfContact.of(model, self_contact))
+    if layer_friction:
+        layers = LayerFriction.of(model, layer_friction, first.q, problem.reaction)
+        problem = replace(problem, effects=(*problem.effects, layers))
+    touching = TimeEvent(lambda state: lies_apart(model, state), TOUCH_TOLERANCE)
+    until = [] if fall.to_rest else [touching]
+    say("falling")
+    if fall.speed:
+        points = _followed(problem, first, Moving(first.lam, fall.speed), fall.damping, FALL_OPTIONS, 0.0, None, until)
+        states = points.states
+    else:
+        lost = TimeEvent(lambda state: np.linalg.norm(state.v[model.middle], axis=1).max() > LOST)
+        slow = Moving(first.lam, CREEP)
+        states = _followed(
+            problem, first, slow, fall.damping, FALL_OPTIONS, CREPT / CREEP, None, [lost, touching]
+        ).states
+        last, state = states[-1]
+        assert isinstance(state, TimeState)
+        held = Nudge(state.lam)
+        fallen = _followed(last.accepted(state.q), state, held, fall.damping, FALL_OPTIONS, 0.0, None, until)
+        states = (*states, *fallen.states[1:])
+    motion = Track(states, End.REST if fall.to_rest else End.TOUCH, (FALL,) * len(states))
+    if motion.touch is None:
+        raise SolveError("the strip came to rest without touching", parameter=motion.lam)
+    return static.then(motion)
 
 
 @lru_cache(maxsize=1)  # gripper speeds at one height share it
