@@ -15,6 +15,7 @@ from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.validation import Gripper
 from stripfold.follow.contact_branch import solved
+from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.track import End, Track
 from stripfold.paths.curve import Interpolated
@@ -22,7 +23,7 @@ from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongPath, Clamp, StripProblem
+from stripfold.strip.problem import AlongPath, Clamp, StripProblem, end_angle
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
@@ -146,6 +147,28 @@ def test_the_planned_way_is_along_the_boundary(gripper: Gripper) -> None:
     assert event.angle < 2.0
 
 
+class TestFall:
+    """A strip in a clamp that turns as planned is lost on a long R-path, and the clamp stands while it falls."""
+
+    @pytest.fixture(scope="class")
+    def fallen(self) -> Track:
+        path = replace(plan_r_path(16.0).path, gripper="turning")
+        return assess_strip(StripModel(16.0, THICKNESS, kind="rod"), path, Fall())
+
+    def test_it_falls_less_far_than_in_a_hinge_and_is_folded(self, fallen: Track) -> None:
+        hinged = assess_strip(StripModel(16.0, THICKNESS, kind="rod"), plan_r_path(16.0).path, Fall())
+        drops = [size_of_fall(of.states[of.falls[0].start - 1], of.states[of.falls[0]])[0] for of in (fallen, hinged)]
+        assert 0.1 < drops[0] < drops[1]
+        assert fallen.end is End.PATH
+        assert fallen.failure is None
+
+    def test_no_energy_is_made_and_the_angle_is_kept(self, fallen: Track) -> None:
+        falling = fallen.states[fallen.falls[0]]
+        assert max(abs(state.energy.closing) for _, state in falling) < 1e-9
+        (problem, first), (_, last) = falling[0], falling[-1]
+        assert end_angle(problem.model, last.q) == pytest.approx(end_angle(problem.model, first.q), abs=1e-4)
+
+
 def test_a_limit_point_that_other_elements_have_behind_the_corner() -> None:
     """The branch is followed to the corner, not past it, where the path of the piece before ends."""
     path = plan_r_path(20.0).path
@@ -187,8 +210,8 @@ class TestAssess:
         path = sf.paths.triangular(self.strip)
         with pytest.raises(InvalidInputError, match="column angle"):
             self.strip.assess(path, gripper="turning")
-        with pytest.raises(InvalidInputError, match="hinge together with fall"):
-            self.strip.assess(path, gripper="fixed", fall=True)
+        with pytest.raises(InvalidInputError, match="hinge together with layer_friction"):
+            self.strip.assess(path, gripper="fixed", layer_friction=0.1)
         file = tmp_path / "path.csv"
         file.write_text("t,x,z,angle\n0,-0.18,0,0\n1,0,0.18,90\n2,0.18,0,180\n")
         with pytest.raises(InvalidInputError, match="within 60 of the row before"):

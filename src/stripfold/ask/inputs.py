@@ -298,10 +298,11 @@ class PathInputs(Strip):
     @model_validator(mode="after")
     def _check_gripper(self) -> Self:
         if self.gripper != "hinge":
-            for name in ("fall", "layer_friction", "second_gripper"):
-                if getattr(self, name) not in (None, False):
+            for name in ("layer_friction", "second_gripper"):
+                if getattr(self, name) is not None:
                     allowed = f"hinge together with {name}"
-                    raise InvalidInputError("gripper", self.gripper, allowed, "a clamp is there in statics only")
+                    advice = "a clamp is there in statics and falls only"
+                    raise InvalidInputError("gripper", self.gripper, allowed, advice)
         return self
 
     @model_validator(mode="after")

@@ -231,7 +231,7 @@ class Strip:
             "solid" or "rod".
         gripper
             How it holds the strip: "hinge", as in the paper; clamped, "fixed" as it grasped the flat strip, or
-            "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is for statics only.
+            "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is there in statics and in falls.
         flatness
             Height of the wrinkles that may be in the flat strip, m: the result's ``flatness_ratio`` compares it with
             that of the lowest ones which the path's push makes grow.

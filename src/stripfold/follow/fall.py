@@ -16,7 +16,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError, TimeStepError
 from stripfold.base.progress import FALL
 from stripfold.follow.contact import lies_apart, lift_off
-from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned, longest_free
+from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned, longest_free, solved
 from stripfold.follow.contact_set import NEARBY_NEWTON, ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.follow.statics import StripModel, follow, solve_height, static_track
 from stripfold.follow.track import End, StripState, Track, grip_and_hold
@@ -27,7 +27,7 @@ from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOption
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, Scheme
 from stripfold.strip.layer_friction import LayerFriction
-from stripfold.strip.problem import StripProblem
+from stripfold.strip.problem import AlongPath, StripProblem
 from stripfold.strip.self_contact import SelfContact
 
 Progress = Callable[[str], None]
@@ -87,6 +87,11 @@ class ReleaseState:
     def at(cls, at: BranchPoint, refinement: float = 1.0) -> ReleaseState:
         """Release in the last state before a critical point, on a fixed mesh."""
         problem, point = on_nodes(at, refinement, stable=True)
+        if isinstance(problem.motion, AlongPath) and problem.motion.gripper == "turning":
+            # It turns first, and is then moved.
+            problem = replace(problem, motion=problem.motion.standing(at.point.lam))
+            state = newton.solve(problem, point.q, point.lam, point.active, options=NEARBY_NEWTON)
+            point = continuation.evaluate(problem, state, point.tangent, point.arc)
         return cls(problem, point, point.mode, NUDGE + at.point.lam - point.lam)
 
 
@@ -253,8 +258,11 @@ def assess_strip(
             if found.touch is not None and not fall.to_rest:
                 break
             say("following the path from the state at rest")
-            rest = at_rest(mesh, motion)
-            found = found.then(follow(mesh, path, strip.length, rest, found.pieces[-1], options=options, progress=say))
+            rest, piece = at_rest(mesh, motion), found.pieces[-1]
+            if path.gripper == "turning":
+                goes_on = AlongPath(path.pieces[piece], strip.length, path.gripper)
+                rest = solved(replace(rest.problem, motion=goes_on), rest.point.q, rest.lam)
+            found = found.then(follow(mesh, path, strip.length, rest, piece, options=options, progress=say))
         except SolveError as error:
             # What statics say of the path holds without the fall.
             return replace(found, failure=error)

@@ -7,7 +7,7 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -78,6 +78,8 @@ class AlongPath:
     length: float
     """Length of the strip, L*."""
     gripper: Gripper = "hinge"
+    held: float | None = None
+    """Angle at which a clamp that turns stands still, rad: in a fall."""
 
     def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0])
@@ -86,7 +88,13 @@ class AlongPath:
         """The clamp that holds the end of the strip; None of a hinge."""
         if self.gripper == "hinge":
             return None
-        return Clamp(model, *(self.path.angle(lam) if self.gripper == "turning" else (0.0, 0.0)))
+        if self.gripper == "fixed" or self.held is not None:
+            return Clamp(model, self.held or 0.0, 0.0)
+        return Clamp(model, *self.path.angle(lam))
+
+    def standing(self, lam: float) -> AlongPath:
+        """The same with a clamp that does not turn from here on."""
+        return replace(self, held=self.path.angle(lam)[0]) if self.gripper == "turning" else self
 
     def values(self, lam: float) -> Array:
         return self.path.position(lam) + np.array([self.length / 2.0, 0.0])
@@ -177,11 +185,20 @@ class Clamp:
         """Add its force."""
         force[self.unknowns] += self.moment(u) * self._rows[0]
 
-    def tangent(self, band: Band) -> Band:
-        """The derivative of all forces, with that of its own."""
+    def energy(self, u: Array) -> float:
+        """Its energy, rho_a g L*^2."""
+        return 0.5 * CLAMPING * self._off(u)[0] ** 2
+
+    def add_over_step(self, q0: Array, q1: Array, force: Array, tangent: Band) -> Band:
+        """Add the force whose work over a step is the gain of energy; the derivative of all forces by ``q1``."""
+        force[self.unknowns] += 0.5 * (self.moment(q0) + self.moment(q1)) * self._rows[0]
+        return self.tangent(tangent, 0.5)
+
+    def tangent(self, band: Band, share: float = 1.0) -> Band:
+        """The derivative of all forces, with a share of that of its own."""
         out, at = Band(band.flat.copy(), band.width), self.unknowns.ravel()
         row = self._rows[0].ravel()
-        out.columns[at, band.width + at[:, None] - at] += CLAMPING * np.outer(row, row)
+        out.columns[at, band.width + at[:, None] - at] += share * CLAMPING * np.outer(row, row)
         return out
 
     def force_rate(self, u: Array, size: int) -> Array:
@@ -276,7 +293,22 @@ class StripProblem(FixedUnknowns):
     ) -> tuple[Array, Band | Sparse]:
         if any(effect.step_dependent for effect in self.effects):
             raise ValueError("motion in time needs effects that do not depend on the step size")
-        return self._with_others(q0, q1, *self.model.force_over_step(q0, q1, kappa, predicted_stress))
+        if self._turns:
+            raise ValueError("motion in time needs a clamp that does not turn")
+        force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
+        if self._standing_clamp is not None:
+            tangent = self._standing_clamp.add_over_step(q0, q1, force, tangent)
+        return self._with_others(q0, q1, force, tangent)
+
+    @cached_property
+    def _standing_clamp(self) -> Clamp | None:
+        """The clamp in time, where none turns; None of one that turns, in statics."""
+        return None if self._turns else clamp_of(self.motion, self.model, 0.0)
+
+    @property
+    def _turns(self) -> bool:
+        """Whether a clamp turns on the way."""
+        return isinstance(self.motion, AlongPath) and self.motion.gripper == "turning" and self.motion.held is None
 
     def _with_others(self, q0: Array, q1: Array, force: Array, tangent: Band) -> tuple[Array, Band | Sparse]:
         """Add weight, effects and layers that touch.
@@ -314,6 +346,8 @@ class StripProblem(FixedUnknowns):
     def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
         """The elements, friction in them and the weight if nothing else acts over a step: no layers in contact."""
         springs = kernels.bending.NO_SPRINGS
+        if self._standing_clamp is not None:
+            return None
         for effect in self.effects:
             if not isinstance(effect, Hysteresis) or springs is not kernels.bending.NO_SPRINGS:
                 return None
@@ -330,6 +364,9 @@ class StripProblem(FixedUnknowns):
 
     def energies(self, q: Array) -> tuple[float, float]:
         elastic = self.model.energy(q) + (self.self_contact.energy(q) if self.self_contact else 0.0)
+        # That of a clamp is next to nothing, but belongs to the balance of a step.
+        if self._standing_clamp is not None:
+            elastic += self._standing_clamp.energy(q)
         return elastic, float(self.model.weight @ q)
 
     def prescribed_values(self, lam: float) -> Array:
