@@ -131,6 +131,18 @@ class TestAlongX:
         assert high.snap
         assert high.lambda_c == pytest.approx(self.strip.critical(0.15, model="rod").lambda_c, abs=0.01 * 0.03)
 
+    def test_a_collapse_begins_where_the_clamped_strip_snaps(self) -> None:
+        found = self.strip.collapse(0.15, model="rod", clamp=0.0).dataset
+        assert float(found.lambda_c) == pytest.approx(
+            self.strip.critical(0.15, model="rod", clamp=0.0).lambda_c, rel=1e-5
+        )
+        assert float(found.lambda_c) < 0.98 * self.strip.critical(0.15, model="rod").lambda_c
+        assert np.nanmax(np.abs(found.closing.values)) < 1e-9
+        with pytest.raises(sf.SolveError, match="the sag touches"):
+            self.strip.collapse(0.09, model="rod", clamp=90.0)
+        with pytest.raises(InvalidInputError, match="no clamp together with friction_moment"):
+            self.strip.collapse(0.15, clamp=0.0, friction_moment=1e-5)
+
     @pytest.mark.parametrize(
         ("given", "message"),
         [({"model": "elastica"}, "solid or rod together"), ({"second_gripper": "auto"}, "no clamp together")],

@@ -240,9 +240,8 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
-    options(
-        parser, Simulation, names := (*STRIP, "height", *SHEET, "model", "friction_moment", "accuracy"), required=False
-    )
+    names = (*STRIP, "height", *SHEET, "model", "friction_moment", "clamp", "accuracy")
+    options(parser, Simulation, names, required=False)
     # What is not given is the model's to fill in, and must not come with a scene.
     parser.set_defaults(**dict.fromkeys(names))
     text = "where to write [the scene's name, or collapse, with .nc, here]"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from stripfold.ask.inputs import Release, Simulation
+from stripfold.ask.prediction import ElasticaPrediction, clamped_end
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import TimeStepError
 from stripfold.base.material import Material
@@ -22,7 +23,7 @@ from stripfold.base.progress import FALL
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.fall import Fall, collapse
-from stripfold.follow.statics import StripModel
+from stripfold.follow.statics import LAMBDA_TOLERANCE, StripModel
 from stripfold.follow.time import collapse_with_friction
 from stripfold.follow.track import End, StripState, Track, mid_surfaces, node_weights, nodes
 from stripfold.solve.dynamics import Energy, TimeState
@@ -170,6 +171,9 @@ def timed(simulation: Simulation, progress: Progress | None = None) -> tuple[xr.
     if simulation.friction_star and asked.friction != "off":
         found = collapse_with_friction(strip, simulation.height_star, simulation.friction_star, fall, **with_these)
     else:
+        if (angle := simulation.clamp_angle) is not None:
+            prediction = ElasticaPrediction.at(simulation.height_star)
+            with_these["run"] = clamped_end(strip, prediction, angle, 1.0, LAMBDA_TOLERANCE)
         found = collapse(strip, simulation.height_star, fall, **with_these)
     whole = perf_counter() - began
     effects, self_contact = record(simulation, found)

@@ -196,7 +196,26 @@ FLATNESS = 5e-4
 """Usual height of wrinkles, m: half a millimetre over 5 cm."""
 
 
-class Scene(AtHeight):
+class Clamped(AtHeight):
+    """The same with a gripper that may clamp the strip."""
+
+    clamp: Annotated[
+        Number | None,
+        quantity(
+            "angle at which the gripper clamps the strip, 0 as it grasps the flat strip; a hinge if left out",
+            "degree",
+            ge=-90.0,
+            le=180.0,
+        ),
+    ] = None
+
+    @property
+    def clamp_angle(self) -> float | None:
+        """The clamp's angle, rad."""
+        return None if self.clamp is None else radians(self.clamp)
+
+
+class Scene(Clamped):
     """A strip and a gripper height, for a critical point.
 
     Examples
@@ -218,15 +237,6 @@ class Scene(AtHeight):
         Number | None, quantity("relative uncertainty of eta_b, as 0.2 or 20%: the range of the result", ge=0.0, le=0.9)
     ] = None
     second_gripper: SecondPlace = None
-    clamp: Annotated[
-        Number | None,
-        quantity(
-            "angle at which the gripper clamps the strip, 0 as it grasps the flat strip; a hinge if left out",
-            "degree",
-            ge=-90.0,
-            le=180.0,
-        ),
-    ] = None
 
     @model_validator(mode="after")
     def _check_clamp(self) -> Self:
@@ -237,11 +247,6 @@ class Scene(AtHeight):
                 if getattr(self, name) is not None:
                     raise InvalidInputError("clamp", self.clamp, f"no clamp together with {name}")
         return self
-
-    @property
-    def clamp_angle(self) -> float | None:
-        """The clamp's angle, rad."""
-        return None if self.clamp is None else radians(self.clamp)
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
@@ -434,7 +439,7 @@ def _all_auto(value: Any) -> Any:
     return value
 
 
-class Simulation(AtHeight, Release):
+class Simulation(Clamped, Release):
     """A strip through its collapse: a scene, how the strip is released, and with which effects.
 
     The model is the solid, or what ``model`` says; with ``effects`` and without ``model``, what those say or need.
@@ -456,6 +461,8 @@ class Simulation(AtHeight, Release):
         if self.effects.friction == "on" and not self.friction_moment:
             advice = "give the scene a friction_moment, N: half the height of the loop of a bending test"
             raise InvalidInputError("effects.friction", "on", "auto or off without one", advice)
+        if self.friction_moment and self.clamp is not None:
+            raise InvalidInputError("clamp", self.clamp, "no clamp together with friction_moment")
         return self
 
     @model_validator(mode="after")

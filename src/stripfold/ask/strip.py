@@ -142,6 +142,7 @@ class Strip:
         model: MovingModel | None = None,
         effects: Mapping[str, str] | None = None,
         friction_moment: float = 0.0,
+        clamp: float | None = None,
         accuracy: float = 1e-3,
         progress: Progress | None = None,
     ) -> StripCollapse:
@@ -160,6 +161,8 @@ class Strip:
         friction_moment
             M_0, N: largest moment of the fabric's bending hysteresis, per width.  With it the end is the rest after
             the fall.
+        clamp
+            Angle at which the gripper clamps the strip, degrees; a hinge where it is not given.
         accuracy
             Requested relative accuracy of lambda_c, by which effects are needed or not.
 
@@ -175,13 +178,10 @@ class Strip:
 
         with within("release"):
             released = Release.of({} if release is None else release).model_dump()
-        chosen = {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
-        asked = Simulation.of(
-            asdict(self)
-            | {"height": height, "accuracy": accuracy, "friction_moment": friction_moment}
-            | released
-            | chosen
-        )
+        given = asdict(self) | {"height": height, "accuracy": accuracy}
+        given |= {"friction_moment": friction_moment, "clamp": clamp}
+        given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
+        asked = Simulation.of(given | released)
         from stripfold.ask.collapse import StripCollapse
 
         return StripCollapse.of(asked, progress)
@@ -231,7 +231,8 @@ class Strip:
             "solid" or "rod".
         gripper
             How it holds the strip: "hinge", as in the paper; clamped, "fixed" as it grasped the flat strip, or
-            "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is there in statics and in falls.
+            "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is there in statics and
+            in falls.
         flatness
             Height of the wrinkles that may be in the flat strip, m: the result's ``flatness_ratio`` compares it with
             that of the lowest ones which the path's push makes grow.

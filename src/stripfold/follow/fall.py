@@ -277,19 +277,21 @@ def collapse(
     progress: Progress | None = None,
     self_contact: float | None = None,
     layer_friction: float = 0.0,
+    run: Track | None = None,
 ) -> Track:
     """Lift the strip, move its gripper to lambda_c, let it fall, and move on until the gripper is above the held end.
 
     Without a ``fall`` it ends at lambda_c.  ``self_contact`` is the thickness, L*, of layers that meet above the floor;
     None lets them go through each other.  ``layer_friction`` is the coefficient of friction between the layers and on
-    the floor; with it the end is the strip at rest after its fall, as statics do not know it.
+    the floor; with it the end is the strip at rest after its fall, as statics do not know it.  ``run``: the statics to
+    lambda_c, by default those of a hinge.
 
     Raises SolveError: there is no snap at this height, a part could not be computed, or the strip did not fall;
     TimeStepError: the motion could not be followed; with the last good moment.
     """
     say = progress or (lambda _: None)
     say("following the branch to its critical point")
-    run = to_critical_point(strip, height, refinement)
+    run = to_critical_point(strip, height, refinement, run)
     if fall is None:
         return run
     release = ReleaseState.at(run.last, refinement)
@@ -311,12 +313,12 @@ def collapse(
     return found.then(_go_on(strip, motion, height, refinement))
 
 
-def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0) -> Track:
-    """The static run.
+def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0, run: Track | None = None) -> Track:
+    """The static run, that given or a hinge's.
 
     Raises SolveError: it cannot be computed, or there is no snap at this height.
     """
-    run = solve_height(strip, height, refinement)
+    run = run or solve_height(strip, height, refinement)
     if run.critical is None:
         raise SolveError(f"there is no fall to follow: {run.end.reason}", advice="choose a height that snaps")
     return run
