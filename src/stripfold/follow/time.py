@@ -47,7 +47,7 @@ TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_
 need more iterations."""
 BUMP_WIDTH = 8.98682
 """Width of a bump of small slopes times the root of the push: twice the least root of tan(a) = a."""
-FINE = 17.0
+FINE = 34.0
 """Elements over its width, so that what is free does not jump by one of them under the push."""
 RUCK = 0.1
 """Height of a ruck, L*."""
