@@ -128,7 +128,12 @@ def follow_in_time(
         self_contact=SelfContact.of(model, strip.thickness),
         table=None if ridge is None else ridge.at(model.s),
     )
-    lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
+    is_free = model.s < 1.0
+    if ridge is not None:
+        # As over a narrow one: contact is found faster than lost.
+        is_free |= np.abs(model.s - ridge.place) < (72.0 * ridge.height) ** 0.25
+        is_free[np.argmin(np.abs(model.s - ridge.place))] = False
+    lies = np.setdiff1d(problem.bounded, model.middle[is_free, 1])
     q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
     hysteresis = (Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=q),) if moment else ()
     layers = (LayerFriction.of(model, mu, q, problem.reaction),) if mu else ()
