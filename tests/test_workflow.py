@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+import yaml
 
 from stripfold.files import store
 
@@ -37,3 +39,12 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, number: signal.Signals) -> N
     found = store.read(clone / TARGET)  # with its digest
     assert int((found["snap"] == 1).sum()) == 2
     assert not [path for path in (clone / "results").rglob("*") if ".stripfold-" in path.name]
+
+
+def test_the_claims_rest_on_numbers_of_the_release() -> None:
+    """A number that no study has any more would leave its claim open in every run."""
+    numbers = json.loads((ROOT / "results/summary.json").read_text(encoding="utf-8"))
+    claims = yaml.safe_load((ROOT / "workflow/claims.yaml").read_text(encoding="utf-8"))["claims"]
+    named = {condition.split()[0] for claim in claims for condition in claim.get("numbers", [])}
+    assert len(named) > 50
+    assert not named - set(numbers.get("numbers", numbers))
