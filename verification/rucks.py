@@ -370,8 +370,8 @@ def draw(data: xr.Dataset) -> Figure:
     for has, label in ((True, "ruck"), (False, "none")):
         of = data.isel(case=np.flatnonzero(ruck == has))
         right.plot(of.width, of.ratio, "o" if has else "x", ms=4, color=VERMILLION if has else BLUE, label=label)
-    # Of waves as wide; the least is WAVE over BUMP.
-    width = np.linspace(0.72, WIDTH[1], 100)
+    # Of waves as wide, the least is WAVE over BUMP; narrower ones are bridged, and hold up to the bump's height.
+    width = np.linspace(0.765, WIDTH[1], 100)
     share = (pi / NARROW / width) ** 2
     right.plot(width, 2.0 / (share * (1.0 - share)) / BUMP, color=GREY, ls="--", label="waves that hold")
     right.set(yscale="log", ylim=(0.25, 16.0), xlabel="width / bump's", ylabel="height / bump's", title="(b)")
