@@ -14,11 +14,13 @@ from assessing import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
+from stripfold.follow.slide import slide_of
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import BUMP, WAVE, friction_to_hold, peak_push
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, pieces_through
+from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
 
 MATERIAL = Material(5000.0)
@@ -64,8 +66,8 @@ def test_a_path_is_checked_for_its_fold(
     assert said["folded"].startswith(folded)
 
 
-def assessed(path: Any, length: float = 9.0) -> Any:
-    return assess_path(MATERIAL, length * UNIT, path, model="rod", compare=False)
+def assessed(path: Any, length: float = 9.0, **given: Any) -> Any:
+    return assess_path(MATERIAL, length * UNIT, path, model="rod", compare=False, **given)
 
 
 @pytest.mark.parametrize("model", ["rod", "solid"])
@@ -118,7 +120,7 @@ class TestTable:
             forces = state.problem.residual(state.point.q, state.lam)
             floor, hold = forces[state.problem.bounded].sum() + forces[state.problem.model.middle[-1, 1]], forces[-4]
             # What lies presses on the floor by its weight; what stands on it, by the force on the lift-off.
-            assert friction_to_hold([state])[0] * floor == pytest.approx(abs(hold), rel=1e-6)
+            assert friction_to_hold(*state) * floor == pytest.approx(hold, rel=1e-6)
 
     def test_a_block_slips_at_its_coefficient(self) -> None:
         """Where the elastica's horizontal force is the coefficient times the weight that the table carries."""
@@ -140,6 +142,34 @@ class TestTable:
         advance = np.interp(mu, needed[slips - 1 : slips + 1], [s.advance for s in states[slips - 1 : slips + 1]])
         assert found.slip_x / UNIT + 4.5 == pytest.approx(advance, abs=2e-3)
         assert found.hold_friction > mu
+        # From there on the strip is dragged as it is.
+        assert found.slide / UNIT == pytest.approx(lift + 1.0 - advance, abs=2e-3)
+
+    def test_it_slides_until_the_table_holds_it(self) -> None:
+        """The elastica with the force that the table bears stands as much farther back at the heights of the path."""
+        mu, length, path = 0.5, 9.0, geometric.triangular(9.0)
+        thin = Material(5000.0, eta_m=1e-5)
+        found = assess_path(thin, UNIT * length, path, model="rod", compare=False, table_friction=mu)
+        slid = [at for at in found.states if abs(friction_to_hold(*at)) > 0.99 * mu and at.lam > 0.2]
+        for at in slid[:: len(slid) // 2]:
+            x, z = path.position(at.lam)
+            states = list(elastica.x_axis_branch(z, max_step=0.01))
+            needed = np.array([-s.force_x / (length - s.force_0 - s.length) for s in states])
+            past = int(np.argmax(needed > mu))
+            advance = np.interp(mu, needed[past - 1 : past + 1], [s.advance for s in states[past - 1 : past + 1]])
+            assert slide_of(at) == pytest.approx(x + length / 2.0 - advance, abs=5e-3)
+        assert found.slide > 0.2 * UNIT
+        assert found.end_error == pytest.approx(found.slide, rel=1e-6)
+        assert found.to_dataset()["x"][-1, -1] == pytest.approx(length * UNIT / 2.0 + found.slide, abs=1e-6)
+
+    @pytest.mark.parametrize("friction", [{}, {"friction_moment": 0.05 * FORCE * UNIT}])
+    def test_a_smooth_table_lets_the_strip_follow_its_gripper(self, friction: dict[str, float]) -> None:
+        """Once it slides on its R-path it stays as it is, nearly in balance with the table, and is not folded."""
+        found = assessed(plan_r_path(12.0).path, 12.0, table_friction=0.1, **friction)
+        assert found.stable
+        assert not found.folded
+        assert found.slide > 3.0 * UNIT
+        assert max(abs(friction_to_hold(*at)) for at in found.states) == pytest.approx(0.1, rel=1e-3)
 
     def test_a_pinned_end_does_not_slip(self) -> None:
         found = assessed(geometric.triangular(9.0))
@@ -150,7 +180,7 @@ class TestTable:
         strip = sf.Strip(length=0.36, eta_b=3780)
         held = strip.plan(layers_may_slide=True, table_friction=0.5)
         assert all(0.1 < verdict.hold_friction < 0.5 for verdict in held.choice.verdicts)
-        with pytest.raises(sf.NoPathError, match="slips on the table"):
+        with pytest.raises(sf.NoPathError, match="on the table from x"):
             strip.plan(layers_may_slide=True, table_friction=0.05)
 
 

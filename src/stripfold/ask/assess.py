@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
-from functools import partial
 from math import inf, isfinite, isnan, nan
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -29,6 +28,7 @@ from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import STEP, effects_of, load_path
+from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, branch, remeshed
 from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import (
@@ -102,8 +102,12 @@ class PathAssessment(Result):
         Coefficient of friction of the table that would hold what lies without the pin, in the static states; nan of a
         motion in time.
     slip_t, slip_x, slip_z
-        Pseudo-time and place of the gripper where what lies slips with the ``table_friction`` of the inputs; nan where
-        it does not, or is pinned.  What is said of later states is with the pin.
+        Pseudo-time and place of the gripper where what lies begins to slide with the ``table_friction`` of the inputs;
+        nan where it does not, or is pinned.
+    slide, slide_t
+        How far it has slid along x in the last state; 0 without a slip.  ``slide_t``: the pseudo-time up to which that
+        was followed, where it was not to the last state: the strip is lost there, or slides at once, and is taken as
+        pinned from there on, as it is in a fall; else nan.
     peak_moment
         Largest moment of a clamp on the strip's end in the static states, N (per width); 0 of a hinge.
     peak_push, push_z
@@ -149,6 +153,8 @@ class PathAssessment(Result):
     slip_t: float
     slip_x: float
     slip_z: float
+    slide: float
+    slide_t: float
     peak_moment: float
     peak_push: float
     push_z: float
@@ -235,8 +241,13 @@ class PathAssessment(Result):
 
     @property
     def slips(self) -> bool:
-        """Whether what lies slips with the ``table_friction`` of the inputs."""
+        """Whether what lies slides with the ``table_friction`` of the inputs."""
         return isfinite(self.slip_t)
+
+    @property
+    def slide_known(self) -> bool:
+        """Whether it was followed while it slides, to the last state."""
+        return isnan(self.slide_t)
 
     def _held(self) -> str:
         """The force at the held end, and what the table would have to do without it."""
@@ -245,7 +256,9 @@ class PathAssessment(Result):
             said += f"; without a pin, friction of {self.hold_friction:.2g} on the table"
         if self.slips:
             place = f"t = {self.slip_t:.4g}, gripper at x = {self.slip_x:.4g} m, z = {self.slip_z:.4g} m"
-            said += f": with {self.asked.table_friction:g} it slips at {place}"
+            said += f": with {self.asked.table_friction:g} it slides from {place} on, by {1e3 * self.slide:.1f} mm"
+        if not self.slide_known:
+            said += f" up to t = {self.slide_t:.4g}, where it is lost or slides at once; later states are with a pin"
         return f"{said})"
 
     def _clamped(self) -> str:
@@ -299,8 +312,10 @@ class PathAssessment(Result):
         return schema.dataset(values, {name: said for name, said in attrs.items() if isinstance(said, int | str)})
 
     def _mid_surfaces(self, states: Sequence[StripState]) -> Array:
-        """Shape (states, nodes, 2), m."""
-        return self.asked.gravity_length * mid_surfaces(states, np.linspace(0.0, self.asked.length_star, NODES))
+        """Shape (states, nodes, 2), m, where the table is: what lies has slid on it."""
+        shapes = mid_surfaces(states, np.linspace(0.0, self.asked.length_star, NODES))
+        shapes[..., 0] += np.array([slide_of(state) for state in states])[:, None]
+        return self.asked.gravity_length * shapes
 
     def plot(self) -> Figure:
         """Draw the strip along the path; critical points are crosses, states after a fall green."""
@@ -364,32 +379,45 @@ def assess(
     not be is said in ``failure``.
     """
     began, material, unit = perf_counter(), asked.material, asked.gravity_length
-    curve = replace(path.curve.scaled(1.0 / unit), gripper=asked.gripper)
+    seen = curve = replace(path.curve.scaled(1.0 / unit), gripper=asked.gripper)
     if asked.gripper == "turning" and not curve.turns:
         advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
         raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
     strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
-    again: Callable[[], Track]
-    if asked.friction_moment is None and asked.pull is None:
-        fall = in_solver_units(Release(), material) if asked.fall else None
-        found = assess_strip(strip, curve, fall, refinement, progress)
-        again = partial(_again, found, strip, curve, fall, COARSER * refinement)
-    else:
-        if asked.step is not None and asked.step > unit * curve.length:
+    fall = in_solver_units(Release(), material) if asked.fall else None
+    memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
+    if asked.step is not None:
+        if asked.step > unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
             raise InvalidInputError("step", asked.step, allowed)
-        size = min(STEP, curve.length) if asked.step is None else asked.step / unit
-        law = ("pull", asked.pull * unit / material.gravity) if asked.pull is not None else ("hysteresis", moment)
-        effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
-        found = load_path(strip.contact_mesh(refinement, memory=True), curve, effects, size, progress)
-        again = partial(load_path, strip.contact_mesh(COARSER * refinement, memory=True), curve, effects, size)
+        size = asked.step / unit
+    law = ("hysteresis", moment) if asked.pull is None else ("pull", asked.pull * unit / material.gravity)
+    effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
+
+    def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
+        if not memory:
+            return assess_strip(strip, way, fall, refinement, say)
+        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say)
+
+    found = followed(curve, refinement, progress)
+    friction = np.array([] if asked.layer_friction is not None else [abs(friction_to_hold(*at)) for at in found.static])
+    hold_friction, slip, slide_t = float(max(friction, default=nan)), nan, nan
+    if asked.table_friction is not None and hold_friction > asked.table_friction:
+        slip = _slip(found, friction, asked.table_friction)
+        mesh = strip.contact_mesh(refinement, memory=memory)
+        seen, known = slides_on(mesh, curve, strip.length, effects, asked.table_friction, size, progress)
+        found = followed(seen, refinement, progress)
+        if any(at.lam > known and abs(friction_to_hold(*at)) > asked.table_friction for at in found.static):
+            slide_t = curve.pseudo_time(known)
     changes, touch_change, dependence = (nan,) * len(found.events), nan, ""
     if compare:
         if progress is not None:
             progress("on another mesh")
         try:
-            changes, touch_change, dependence = mesh_change(found, again())
+            coarser = COARSER * refinement
+            other = followed(seen, coarser) if memory else _again(found, strip, seen, fall, coarser)
+            changes, touch_change, dependence = mesh_change(found, other)
         except SolveError as error:
             dependence = " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
     events, failure, rucked = _events(found, material, curve, changes), found.failure, None
@@ -430,15 +458,11 @@ def assess(
     problem, last = states[-1]
     completed = bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
-    end_error = float(np.linalg.norm(curve.position(last.lam) - end))
+    end_error = float(np.linalg.norm(seen.position(last.lam) - end))
     in_place = completed and end_error <= largest_miss(strip.length, unit)
     distance = shape_error(problem, last, fold) if fold and in_place else nan
     peak_force, peak_hold = peak_forces(states)
-    friction = np.full(len(states), nan) if asked.layer_friction is not None else friction_to_hold(states)
-    slip_t, (slip_x, slip_z) = nan, (nan, nan)
-    if asked.table_friction is not None and friction.max() > asked.table_friction:
-        at = _slip(found, friction, asked.table_friction)
-        slip_t, (slip_x, slip_z) = curve.pseudo_time(at), (unit * curve.position(at)).tolist()
+    slip_x, slip_z = (nan, nan) if isnan(slip) else (unit * curve.position(slip)).tolist()
     push, push_z = peak_push(states)
     bump = unit * BUMP / push**2 if push else nan
     return PathAssessment(
@@ -452,10 +476,12 @@ def assess(
         lying_length=unit * lying_length(problem, last),
         peak_force=material.force_scale * peak_force,
         peak_hold=material.force_scale * peak_hold,
-        hold_friction=float(friction.max()),
-        slip_t=slip_t,
+        hold_friction=hold_friction,
+        slip_t=nan if isnan(slip) else curve.pseudo_time(slip),
         slip_x=slip_x,
         slip_z=slip_z,
+        slide=unit * slide_of(states[-1]),
+        slide_t=slide_t,
         peak_moment=material.scales["N"] * peak_moment(states),
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
@@ -501,7 +527,7 @@ def _slip(found: Track, friction: Array, bound: float) -> float:
         if travelled not in known:
             *_, there = branch(before, travelled)
             assert isinstance(there, BranchPoint)
-            known[travelled] = friction_to_hold([on_mesh(there)])[0]
+            known[travelled] = abs(friction_to_hold(*on_mesh(there)))
         return float(known[travelled]) - bound
 
     return root(excess, before.lam, after.lam, 1e-6)

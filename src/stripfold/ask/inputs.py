@@ -293,11 +293,10 @@ class PathInputs(Strip):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        if self.table_friction is not None and self.layer_friction is not None:
-            advice = "in time the end is pinned, and friction on the floor acts beside the pin"
-            raise InvalidInputError(
-                "table_friction", self.table_friction, "nothing together with layer_friction", advice
-            )
+        for name in ("layer_friction", "second_gripper"):
+            if self.table_friction is not None and getattr(self, name) is not None:
+                advice = "with it the end is pinned"
+                raise InvalidInputError("table_friction", self.table_friction, f"nothing together with {name}", advice)
         return self
 
     @model_validator(mode="after")

@@ -219,11 +219,14 @@ class _Chooser:
         if not verdict.stable:
             event = verdict.critical[0]
             return f"is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+        if not verdict.slide_known or not abs(verdict.slide) <= ACCURATE * unit:
+            place = f"x = {verdict.slip_x:.4g} m, z = {verdict.slip_z:.4g} m"
+            far = f"by {1e3 * verdict.slide:.1f} mm" if verdict.slide_known else "at once"
+            return (
+                f"slides {far} on the table from {place} on: to hold it takes friction of {verdict.hold_friction:.2g}"
+            )
         if not verdict.shape_error <= ACCURATE * unit:
             return f"is folded {1e3 * verdict.shape_error:.1f} mm off"
-        if verdict.slips:
-            place = f"x = {verdict.slip_x:.4g} m, z = {verdict.slip_z:.4g} m"
-            return f"slips on the table at {place}: to hold it takes friction of {verdict.hold_friction:.2g}"
         if verdict.may_ruck:
             height = f"{1e3 * verdict.flatness_ratio * self.asked.flatness:.2g} mm"
             return f"pushes what lies with {verdict.peak_push:.3g} N/m, which lifts it from waves of {height}"

@@ -237,8 +237,8 @@ class Strip:
             Height of the wrinkles that may be in the flat strip, m: the result's ``flatness_ratio`` compares it with
             that of the lowest ones which the path's push makes grow.
         table_friction
-            Coefficient of friction of the table that alone holds what lies: the result says where it slips.  Its end
-            is pinned where it is not given.
+            Coefficient of friction of the table that alone holds what lies, and lets it slide.  Its end is pinned
+            where it is not given.
 
         Raises
         ------
@@ -322,8 +322,8 @@ class Strip:
         flatness
             Height of the wrinkles that may be in the flat strip, m: the path's push must not make them grow.
         table_friction
-            Coefficient of friction of the table that alone holds what lies: no path on which it slips is planned.  Its
-            end is pinned where it is not given.
+            Coefficient of friction of the table that alone holds what lies: no path on which it slides farther than a
+            fold may be off is planned.  Its end is pinned where it is not given.
 
         Raises
         ------

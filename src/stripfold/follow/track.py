@@ -346,13 +346,14 @@ def peak_forces(states: Sequence[StripState]) -> tuple[float, float]:
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
 
 
-def friction_to_hold(states: Sequence[StripState]) -> Array:
-    """Coefficient of friction of the table with which what lies would just stay without a pin, shape (states,).
+def friction_to_hold(problem: StripProblem, point: Point | TimeState) -> float:
+    """Coefficient of friction of the table with which what lies would just stay without a pin.
 
-    All of the lying part slides at once: it is stiff along itself.  The table carries what the gripper does not.
+    Negative where the gripper pushes it along x.  All of the lying part slides at once: it is stiff along itself.  The
+    table carries what the gripper does not.
     """
-    forces = ((state.problem.model.length, *grip_and_hold(*state)) for state in states)
-    return np.array([abs(hold) / (length - grip[1]) for length, grip, hold in forces])
+    grip, hold = grip_and_hold(problem, point)
+    return hold / (problem.model.length - float(grip[1]))
 
 
 def peak_moment(states: Sequence[StripState]) -> float:

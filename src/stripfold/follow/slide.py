@@ -1,0 +1,242 @@
+"""What lies slides on the table: a gripper's path as a strip sees it whose end is held by friction alone.
+
+All that lies slides at once, as it is stiff along itself.  A strip that has slid by d is the pinned strip with its
+gripper d farther back; while it slides, d is such that the force at the held end is the coefficient of friction times
+the weight that the table carries.  Lengths in L*, forces in rho_a g L*.  Source: docs/robot.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from math import copysign
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+
+from stripfold.base.arrays import Array, ByValue
+from stripfold.base.errors import SolveError
+from stripfold.base.progress import Percent
+from stripfold.base.roots import root
+from stripfold.follow.contact_branch import BranchPoint, Planned, from_flat
+from stripfold.follow.memory import STEP, Effects, load_incrementally_from, with_effects
+from stripfold.follow.statics import FIRST
+from stripfold.follow.track import StripState, friction_to_hold, on_mesh
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.strip.problem import AlongPath
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
+GROWTH = 1.3
+"""Ratio of the lengths travelled at the ends of the first steps: a push falls with the square of the height."""
+LEAST = 1e-4
+"""Length travelled in a step that is not halved any more, L*."""
+TRIED, FARTHEST = 1e-3, 1.0
+"""Change of the slide that is tried first in a step, and the largest one, L*."""
+ACCURACY = 1e-6
+"""Of the slide, and of where it begins, L*."""
+SLIDES = 1e-3
+"""Coefficient of friction by which less is needed of what stays than of what slides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Slid(ByValue, Piece):
+    """A part of a piece as a strip sees it that has slid by ``slides`` at ``travelled``, shape (n,) each."""
+
+    piece: Piece
+    travelled: Array
+    slides: Array
+
+    @cached_property
+    def slide(self) -> BSpline:
+        """How far it has slid along x, over the length travelled."""
+        from scipy.interpolate import make_interp_spline
+
+        return make_interp_spline(self.travelled, self.slides, k=min(3, len(self.slides) - 1))
+
+    def position(self, s: float) -> Array:
+        return self.piece.position(s) - np.array([float(self.slide(s)), 0.0])
+
+    def rate(self, s: float) -> Array:
+        return self.piece.rate(s) - np.array([float(self._slide_rate(s)), 0.0])
+
+    @cached_property
+    def _slide_rate(self) -> BSpline:
+        return self.slide.derivative()
+
+    @property
+    def turns(self) -> bool:
+        return self.piece.turns
+
+    def angle(self, s: float) -> tuple[float, float]:
+        return self.piece.angle(s)
+
+    def moved(self, factor: float, x: float) -> Self:
+        at, slides = factor * self.travelled, factor * self.slides
+        return replace(self, start=at[0], end=at[-1], piece=self.piece.moved(factor, x), travelled=at, slides=slides)
+
+
+def slide_of(state: StripState) -> float:
+    """How far what lies has slid along x in a state; 0 of a pinned strip."""
+    motion = state.problem.motion
+    if isinstance(motion, AlongPath) and isinstance(motion.path, Slid):
+        return float(motion.path.slide(state.lam))
+    return 0.0
+
+
+class Sliding(NamedTuple):
+    """A path as a strip sees it, whose pieces are :class:`Slid`, and up to which length travelled that is known."""
+
+    path: GripperPath
+    known: float
+
+
+def slides_on(
+    mesh: Planned,
+    path: GripperPath,
+    length: float,
+    effects: Effects,
+    mu: float,
+    size: float = STEP,
+    progress: Callable[[str], None] | None = None,
+) -> Sliding:
+    """The path as a strip sees it whose end is held by friction on the table.
+
+    ``mesh``, ``path``, ``effects``, ``size``: as in :func:`.load_path`.  ``length``: of the strip, L*.  ``mu``:
+    coefficient of friction of the table.  It is known to where the strip is lost, slides at once, or cannot be
+    followed.  Raises SolveError: a path that cannot be begun.
+    """
+    followed = Percent(progress, "finding how far what lies slides")
+
+    motion = partial(AlongPath, length=length, gripper=path.gripper)
+    at, slide = _first(mesh, motion, path.pieces[0], effects, mu)
+    begin = at.lam
+    nodes = [(0.0, 0.0), (begin, slide)]
+    with suppress(SolveError):
+        for piece in path.pieces:
+            for end in _ends(piece, begin, size):
+                for found in _step(at, slide, motion, piece, end, mu):
+                    at, slide = found
+                    nodes.append((at.lam, slide))
+                followed(end / path.length)
+    travelled, slides = np.array(nodes).T
+    pieces = [part for piece in path.pieces for part in _parts(piece, travelled, slides)]
+    return Sliding(replace(path, pieces=tuple(pieces)), float(travelled[-1]))
+
+
+def _first(
+    mesh: Planned, motion: Callable[[Piece], AlongPath], piece: Piece, effects: Effects, mu: float
+) -> tuple[BranchPoint, float]:
+    """A state near the beginning of the first piece, and the slide there.  Raises SolveError."""
+    begin = min(FIRST, piece.end / 4.0)
+
+    def begun(slide: float) -> BranchPoint:
+        seen = motion(_part(piece, np.array([0.0, begin]), np.array([0.0, slide])))
+        return with_effects(from_flat(mesh, seen, begin), effects)
+
+    while True:
+        try:
+            return _held(begun, 0.0, mu)
+        except SolveError:
+            if begin < LEAST:
+                raise
+            # A thin strip that is pinned is pushed beyond what its table bears while it is almost flat.
+            begin *= 0.5
+
+
+def _part(piece: Piece, travelled: Array, slides: Array) -> Slid:
+    return Slid(float(travelled[0]), float(travelled[-1]), piece.name, piece, travelled, slides)
+
+
+def _parts(piece: Piece, travelled: Array, slides: Array) -> Iterator[Slid]:
+    """The parts of a piece on which what lies slides or stays, in turn."""
+    inside = travelled[(travelled > piece.start) & (travelled < piece.end)]
+    at = np.array([piece.start, *inside, piece.end])
+    moved = np.interp(at, travelled, slides)
+    changes = np.flatnonzero(np.diff(np.diff(moved) == 0.0)) + 1
+    for begin, end in pairwise([0, *changes.tolist(), len(at) - 1]):
+        yield _part(piece, at[begin : end + 1], moved[begin : end + 1])
+
+
+def _ends(piece: Piece, first: float, size: float) -> list[float]:
+    """Lengths travelled at the ends of the steps on a piece; on the first one, of those after ``first``."""
+    ends = list[float]()
+    if piece.start == 0.0:
+        while (GROWTH - 1.0) * first < size and GROWTH * first < piece.end:
+            first *= GROWTH
+            ends.append(first)
+    begin = ends[-1] if ends else piece.start or first
+    count = int(np.ceil((piece.end - begin) / size * (1.0 - 1e-12)))
+    return [*ends, *np.linspace(begin, piece.end, count + 1)[1:].tolist()]
+
+
+def _step(
+    at: BranchPoint, slide: float, motion: Callable[[Piece], AlongPath], piece: Piece, end: float, mu: float
+) -> Iterator[tuple[BranchPoint, float]]:
+    """The state at the end of a step, and the slide there; before it, those within it that are needed to get there.
+
+    ``motion``: on a piece.  Raises SolveError: a state cannot be computed, or nothing holds what lies.
+    """
+    try:
+        found = list(_at_once(at, slide, motion, piece, end, mu))
+    except SolveError:
+        if end - at.lam < LEAST:
+            raise
+        half = list(_step(at, slide, motion, piece, 0.5 * (at.lam + end), mu))
+        yield from half
+        yield from _step(*half[-1], motion, piece, end, mu)
+    else:
+        yield from found
+
+
+def _at_once(
+    at: BranchPoint, slide: float, motion: Callable[[Piece], AlongPath], piece: Piece, end: float, mu: float
+) -> Iterator[tuple[BranchPoint, float]]:
+    """The state at the end of a step, and the slide there; before it, where it begins to slide within the step."""
+    begin = at.lam
+
+    def moved(to: float, slid: float) -> BranchPoint:
+        seen = motion(_part(piece, np.array([begin, to]), np.array([slide, slid])))
+        return next(load_incrementally_from(at, [(seen, to)], locate=False))
+
+    def missing(to: float) -> float:
+        return abs(friction_to_hold(*on_mesh(moved(to, slide) if to > begin else at))) - mu
+
+    if missing(end) > 0.0 > missing(begin) + SLIDES:
+        begins = root(missing, begin, end, ACCURACY)
+        at = moved(begins, slide)
+        yield at, slide
+        begin = begins
+    yield _held(partial(moved, end), slide, mu)
+
+
+def _held(along: Callable[[float], BranchPoint], slide: float, mu: float) -> tuple[BranchPoint, float]:
+    """The state at the end of a step, and how far what lies has slid: no farther than until friction holds it.
+
+    ``along``: the state there with a slide.  Raises SolveError: it cannot be computed, or nothing holds what lies.
+    """
+    stays = along(slide)
+    friction = friction_to_hold(*on_mesh(stays))
+    if abs(friction) <= mu:
+        return stays, slide
+    sign = copysign(1.0, friction)
+    states = {0.0: stays}
+
+    def missing(moved: float) -> float:
+        """By how much the friction is too small after it has slid farther."""
+        if moved not in states:
+            states[moved] = along(slide - sign * moved)
+        return sign * friction_to_hold(*on_mesh(states[moved])) - mu
+
+    low, high = 0.0, TRIED
+    while (least := missing(high)) > 0.0:
+        if least >= missing(low) or high > FARTHEST:
+            raise SolveError("what lies slides at once")
+        far = 1.2 * least / (missing(low) - least) * (high - low)
+        low, high = high, high + min(far, 2.0 * high)
+    moved = root(missing, low, high, ACCURACY)
+    return states[moved], slide - sign * moved
