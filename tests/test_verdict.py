@@ -171,6 +171,11 @@ class TestTable:
         assert found.slide > 3.0 * UNIT
         assert max(abs(friction_to_hold(*at)) for at in found.states) == pytest.approx(0.1, rel=1e-3)
 
+    @pytest.mark.parametrize("held", [{"layer_friction": 0.3}, {"second_gripper": 0.1}])
+    def test_an_end_that_is_pinned_is_not_held_by_friction(self, held: dict[str, float]) -> None:
+        with pytest.raises(sf.InvalidInputError, match=f"nothing together with {next(iter(held))}"):
+            assessed(geometric.triangular(9.0), table_friction=0.5, **held)
+
     def test_a_pinned_end_does_not_slip(self) -> None:
         found = assessed(geometric.triangular(9.0))
         assert not found.slips
