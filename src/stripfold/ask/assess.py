@@ -256,7 +256,8 @@ class PathAssessment(Result):
             said += f"; without a pin, friction of {self.hold_friction:.2g} on the table"
         if self.slips:
             place = f"t = {self.slip_t:.4g}, gripper at x = {self.slip_x:.4g} m, z = {self.slip_z:.4g} m"
-            said += f": with {self.asked.table_friction:g} it slides by {1e3 * self.slide:.1f} mm along x, from {place} on"
+            far = f"{1e3 * self.slide:.1f} mm along x"
+            said += f": with {self.asked.table_friction:g} it slides by {far}, from {place} on"
         if not self.slide_known:
             said += f"; after t = {self.slide_t:.4g} it is lost or slides at once, and is taken as pinned"
         return f"{said})"
