@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import inf, sqrt
@@ -52,6 +52,21 @@ def test_each_is_found_once_where_it_is() -> None:
     assert at_depth.after.q[1] < -0.5 <= at_depth.before.q[1]
     assert at_depth.after.arc - at_depth.before.arc <= 1e-6
     assert at_depth.evaluations <= 16
+
+
+@pytest.mark.parametrize(
+    ("value", "most"),
+    [
+        pytest.param(lambda point: point.q[1] + 0.5, 5, id="smooth"),
+        pytest.param(lambda point: 1e3 if point.q[1] > -0.5 else -1e-3, 40, id="jumps"),
+        pytest.param(lambda point: np.inf if point.q[1] > -0.5 else -1e-3, 16, id="infinite before it"),
+    ],
+)
+def test_a_value_leads_to_it(value: Callable[[Point], float], most: int) -> None:
+    (crossing,) = (item for item in followed([replace(sinks(0.5), value=value)]) if isinstance(item, Crossing))
+    assert crossing.after.q[1] < -0.5 <= crossing.before.q[1]
+    assert crossing.after.arc - crossing.before.arc <= 1e-6
+    assert crossing.evaluations <= most
 
 
 def test_the_order_is_that_of_the_branch() -> None:

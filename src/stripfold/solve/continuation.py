@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from math import inf, sqrt
+from math import inf, nan, sqrt
 from typing import overload
 
 import numpy as np
@@ -236,6 +236,9 @@ def locate(
     Raises NewtonError: the points lie on different branches; SolveError: the bracket cannot be made that narrow.
     """
     event, before, after = crossing.event, crossing.before, crossing.after
+    value = event.value or (lambda _: nan)
+    values = {at.arc: value(at) for at in (before, after)}
+    widths, replaced = list[float](), None
     for evaluation in range(1, max_evaluations + 2):
         if width(before, after) <= event.tolerance:
             _check_one_branch(problem, before, after, options)
@@ -243,12 +246,19 @@ def locate(
         if evaluation > max_evaluations:
             break
         _check_one_branch(problem, before, after, options)
-        share = _next_share(event, before, after, evaluation)
-        middle = _point_between(problem, before, share * (after.arc - before.arc), options)
-        if event.passed(middle, before):
-            after = middle
+        widths.append(after.arc - before.arc)
+        if len(widths) > 2 and widths[-1] > 0.5 * widths[-3]:
+            # It converges where the value jumps, too.
+            share = 0.5
         else:
-            before = middle
+            ends = [at.arc for at in (before, after, replaced) if at]
+            share = _next_share(ends, [values[arc] for arc in ends], event.tolerance)
+        middle = _point_between(problem, before, share * (after.arc - before.arc), options)
+        values[middle.arc] = value(middle)
+        if event.passed(middle, before):
+            replaced, after = after, middle
+        else:
+            replaced, before = before, middle
     raise SolveError(
         f"the {event.name} was only bracketed to {width(before, after):.1e}",
         parameter=before.lam,
@@ -256,16 +266,25 @@ def locate(
     )
 
 
-def _next_share(event: Event, before: Point, after: Point, evaluation: int) -> float:
+def _next_share(arcs: Sequence[float], values: Sequence[float], tolerance: float) -> float:
     """Choose where in a bracket, from 0 to 1, to compute the next point.
 
-    Next to the zero of the value interpolated linearly, on either side in turn, so that both ends close in.  Every
-    third evaluation bisects, which converges where the value jumps.
+    ``arcs``, ``values``: of its ends, and of the end that it had before.  It is next to the zero of the value that they
+    interpolate, as far as that is uncertain, on the side of the end that is farther.
     """
-    a, b = (event.value(before), event.value(after)) if event.value and evaluation % 3 else (0.0, 0.0)
+    (first, last), (a, b) = arcs[:2], values[:2]
     if not np.isfinite(a - b) or not b < 0.0 < a:
         return 0.5
-    return min(max(a / (a - b) + (0.02 if evaluation % 2 else -0.02), 0.02), 0.98)
+    share, beside = a / (a - b), 0.02
+    if len(values) > 2 and len(set(values)) == 3 and np.isfinite(values[2]):
+        # The parabola for the place over the value.
+        third, c = (arcs[2] - first) / (last - first), values[2]
+        better = a * c / ((b - a) * (b - c)) + a * b / ((c - a) * (c - b)) * third
+        if 0.0 < better < 1.0:
+            share, beside = better, min(0.5 * abs(better - share), beside)
+    least = 0.4 * tolerance / (last - first)
+    beside = max(beside, least)
+    return min(max(share + (beside if share < 0.5 else -beside), least), 1.0 - least)
 
 
 def _check_one_branch(problem: Problem, before: Point, after: Point, options: StepOptions) -> None:
