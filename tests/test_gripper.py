@@ -10,14 +10,16 @@ import pytest
 
 import stripfold as sf
 from oracles.clamped_elastica import longest_stable
+from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, clamped_end
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.validation import Gripper
+from stripfold.follow.contact import touches
 from stripfold.follow.contact_branch import solved
 from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.statics import StripModel, follow
-from stripfold.follow.track import End, Track
+from stripfold.follow.track import End, Track, grip_angles
 from stripfold.paths.curve import Interpolated
 from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.contact_mesh import LYING, ContactMesh, Sizes
@@ -217,6 +219,25 @@ class TestAssess:
         found = self.strip.assess(sf.paths.triangular(self.strip), model="rod", gripper="fixed")
         assert not found.folded
         assert found.peak_moment > 0.01
+
+    def test_how_far_it_turns_and_which_tools_stay_above_the_table(self) -> None:
+        """The angle at the touch is the elastica's, up to the thickness; a tool's end comes down to the table."""
+        strip = sf.Strip(length=0.45, eta_b=3770)
+        height = strip.gravity_length
+        low = strip.assess(sf.paths.low(strip, height), model="rod")
+        angles = grip_angles(low.states)
+        touch = next(i for i, (problem, point) in enumerate(low.states) if touches(problem.model, point))
+        assert np.degrees(angles[touch]) == pytest.approx(
+            np.degrees(elastica.critical(1.0).state.theta[-1]) % 360.0, abs=0.1
+        )
+        z = np.array([problem.model.mid_surface(point.q)[0, 1] for problem, point in low.states])
+        ends = low.asked.gravity_length * z + low.tool_room * np.sin(angles)
+        assert ends.min() == pytest.approx(0.0, abs=1e-9)
+        assert np.degrees(angles.max()) == pytest.approx(low.largest_angle)
+        assert 185.0 < low.largest_angle < 195.0
+        triangular = strip.assess(sf.paths.triangular(strip), model="rod", fall=True)
+        assert (triangular.largest_angle, triangular.tool_room) == (pytest.approx(180.0, abs=0.1), np.inf)
+        assert "any tool behind it" in str(triangular)
 
     def test_what_cannot_be(self, tmp_path: Path) -> None:
         path = sf.paths.triangular(self.strip)

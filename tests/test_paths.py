@@ -12,7 +12,7 @@ from stripfold import Strip, elastica, paths
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
-from stripfold.follow.track import SNAP, End, peak_forces, shape_error
+from stripfold.follow.track import SNAP, End, forces_of, peak_forces, shape_error
 from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
 from stripfold.paths.rpath import RPath, plan_r_path
@@ -190,7 +190,7 @@ def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
     assert found.end is End.PATH
     assert shape_error(*found.states[-1], plan_r_path(strip.length)) < 2e-3
     push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
-    assert peak_forces(found.states)[1] == pytest.approx(push, rel=0.02)
+    assert peak_forces(forces_of(found.states))[1] == pytest.approx(push, rel=0.02)
 
 
 @pytest.mark.parametrize("eta_b", [2500.0, 3000.0, 3780.0])

@@ -17,7 +17,7 @@ from stripfold.cli import main
 from stripfold.follow.slide import slide_of
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import Ridge, follow_in_time, rucks
-from stripfold.follow.track import BUMP, WAVE, friction_to_hold, peak_push
+from stripfold.follow.track import BUMP, WAVE, forces_of, friction_to_hold, peak_push
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import plan_r_path
@@ -212,7 +212,8 @@ def straight() -> GripperPath:
 def test_which_ridges_grow(height: float, width: float, ruck: bool) -> None:
     """Heights are over the square of the largest push, widths over the bump's, 8.99 / sqrt(push)."""
     strip, path = StripModel(PUSHED, THICKNESS, kind="rod"), straight()
-    push, _ = peak_push(follow(strip.contact_mesh(), path, PUSHED, until="touch").states)
+    states = follow(strip.contact_mesh(), path, PUSHED, until="touch").states
+    push, _ = peak_push(states, forces_of(states))
     ridge = Ridge(height / push**2, width * 8.987 / np.sqrt(push), PLACE)
     moved = follow_in_time(strip, path, 0.0, damping=Damping(air=0.1, stiffness=0.06), speed=0.05, ridge=ridge)
     model = moved.states[0].problem.model

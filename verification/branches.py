@@ -53,9 +53,9 @@ RIGHT, WRONG, FAILED = 0, 1, 2
 
 
 def run(
-    cases: int = 80,
-    compared: int = 10,
-    paths: int = 10,
+    cases: int = 60,
+    compared: int = 5,
+    paths: int = 6,
     seed: int = 1,
     refinement: float = 1.0,
     threads: int = 1,

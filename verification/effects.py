@@ -33,19 +33,7 @@ VALUES = (
 )
 
 
-SCENES = (
-    {"name": "paper's", "length": 0.48, "height": 0.09, "eta_b": 3780.0, "disturbance": 0.01, "until": "touch"},
-    {
-        "name": "tossed",
-        "length": 0.0761,
-        "height": 0.019,
-        "eta_b": 400000.0,
-        "eta_m": 0.013,
-        "disturbance": -1.0,
-        "stiffness": 0.0012,
-        "until": "touch",
-    },
-)
+SCENES = ({"name": "paper's", "length": 0.48, "height": 0.09, "eta_b": 3780.0, "disturbance": 0.01, "until": "touch"},)
 
 
 def run(

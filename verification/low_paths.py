@@ -27,7 +27,7 @@ from stripfold.follow.contact import columns_on_floor, touches
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import dissipated, follow_in_time
-from stripfold.follow.track import BUMP, peak_forces, shape_error
+from stripfold.follow.track import BUMP, forces_of, peak_forces, shape_error
 from stripfold.paths.geometric import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
@@ -149,7 +149,7 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
     if not found.stable:
         return LIMITED, np.nan, np.nan
-    _, hold = peak_forces(found.states)
+    _, hold = peak_forces(forces_of(found.states))
     problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
     place = problem.model.s[columns_on_floor(problem.model, point)][:1]
     first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.states[-1]))
@@ -161,7 +161,7 @@ def in_time(length: float, thickness: float, moment: float, speed: float, mu: fl
     strip = StripModel(length, thickness, kind="rod")
     found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
     kinetic, error = max(at.energy.kinetic for at in found.moments), shape_error(*found.states[-1], plan_r_path(length))
-    numbers = kinetic, *peak_forces(found.states), error, float(dissipated(found)[-1])
+    numbers = kinetic, *peak_forces(forces_of(found.states)), error, float(dissipated(found)[-1])
     return dict(zip(TIME_NUMBERS, numbers, strict=True))
 
 

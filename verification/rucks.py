@@ -31,7 +31,7 @@ from stripfold.draw.style import figure, styled
 from stripfold.follow.contact_branch import BranchPoint, transferred
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import BUMP_WIDTH, RUCK, Ridge, follow_in_time
-from stripfold.follow.track import BUMP, StripState, grip_and_hold, peak_push
+from stripfold.follow.track import BUMP, StripState, forces_of, grip_and_hold, peak_push
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.solve import continuation, newton
 from stripfold.solve.newton import Constraint, NewtonOptions
@@ -180,7 +180,7 @@ def case(number: int, seed: int) -> Case:
     thickness, ratio = (float(np.exp(random.uniform(*np.log(of)))) for of in (THICKNESS, HEIGHT))
     flat = Case(length, thickness, slope, Ridge(0.0, 1.0, place), ratio)
     found = follow(StripModel(length, thickness, kind="rod").contact_mesh(), flat.path, length, until="touch")
-    push, _ = peak_push(found.states)
+    push, _ = peak_push(found.states, forces_of(found.states))
     return flat._replace(ridge=Ridge(ratio * BUMP / push**2, width * BUMP_WIDTH / sqrt(push), place), width=width)
 
 
@@ -257,7 +257,7 @@ def _march(x, z, u, w, table, path, step, spacing, stretching, drag):  # type: i
 
 
 def run(
-    cases: int = 4,
+    cases: int = 2,
     plans: int = 1,
     seed: int = 1,
     thickness: float = 0.01,

@@ -1,4 +1,5 @@
-# Verification studies, at the scale that the configuration says. Those of times have the machine to themselves.
+# Verification studies, at the scale that the configuration says. Those of a release's times have the machine to
+# themselves.
 
 TIMED = {
     "accuracy",
@@ -13,6 +14,7 @@ TIMED = {
 }
 # Long cases that share all cores.
 SHARED = {"recordings_accuracy"}
+ALONE = SHARED | TIMED if config["scale"] == "release" else SHARED
 # What a study needs beside the environment; without it its numbers are left out.
 NEEDED = {
     "public_pictures": config["images"],
@@ -50,7 +52,7 @@ for batch, names in STUDY_BATCHES.items():
         benchmark:
             f"{BENCHMARKS}/studies/{batch}.tsv"
         priority: 3 if len(names) > 1 else 0
-        threads: ALL_CORES if TIMED | SHARED >= {*names} else 1
+        threads: ALL_CORES if ALONE >= {*names} else 1
         resources:
             mem_mb=4000 if "recordings_accuracy" in names else 2000,
             runtime=120,

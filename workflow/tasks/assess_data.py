@@ -20,6 +20,7 @@ from stripfold.follow.track import (
     End,
     Track,
     first_landing,
+    forces_of,
     grip_and_hold,
     lying_length,
     mid_surfaces,
@@ -154,7 +155,7 @@ def numbers(found: Track, fine: Track, strip: StripModel, path: GripperPath, ref
     """:data:`NUMBERS` in solver units; ``fine`` is the same up to the first touch, on elements half as long."""
     first = found.events[0] if found.events else None
     plan = plan_r_path(strip.length)
-    peak_force, peak_hold = peak_forces(found.static)
+    peak_force, peak_hold = peak_forces(forces_of(found.static))
     touch, again, last = found.touch, fine.touch, found.static[-1]
     place = path.position(first.travelled) if first else np.full(2, nan)
     return {

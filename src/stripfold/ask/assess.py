@@ -38,7 +38,10 @@ from stripfold.follow.track import (
     StripState,
     Track,
     first_landing,
+    forces_of,
     friction_to_hold,
+    grip_angles,
+    hold_frictions,
     lying_length,
     mid_surfaces,
     on_mesh,
@@ -47,6 +50,7 @@ from stripfold.follow.track import (
     peak_push,
     peak_speed,
     shape_error,
+    tool_room,
 )
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
@@ -110,6 +114,9 @@ class PathAssessment(Result):
         pinned from there on, as it is in a fall; else nan.
     peak_moment
         Largest moment of a clamp on the strip's end in the static states, N (per width); 0 of a hinge.
+    largest_angle, tool_room
+        Largest rotation of a gripper that turns with the strip, degrees, in the static states, 180 on the finished
+        fold; and the length behind the grasp up to which a tool along it stays above the table, m; inf for any length.
     peak_push, push_z
         Largest push of the gripper on what lies, and its height then; 0 and nan without one.
     bump
@@ -156,6 +163,8 @@ class PathAssessment(Result):
     slide: float
     slide_t: float
     peak_moment: float
+    largest_angle: float
+    tool_room: float
     peak_push: float
     push_z: float
     bump: float
@@ -192,6 +201,7 @@ class PathAssessment(Result):
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
             ("peak hold", self._held()),
             *([] if self.asked.gripper == "hinge" else [("peak moment", self._clamped())]),
+            ("gripper", self._turned()),
             ("peak push", self._push()),
             ("completed", self._completed()),
             *self._second_rows(),
@@ -265,6 +275,11 @@ class PathAssessment(Result):
     def _clamped(self) -> str:
         how = {"fixed": "does not turn", "turning": "turns as the path says"}[self.asked.gripper]
         return f"{self.peak_moment:.4g} N  (of the clamp, per width; it {how})"
+
+    def _turned(self) -> str:
+        """How far the gripper turns, and which tool that allows."""
+        room = "any tool" if self.tool_room == inf else f"a tool of up to {1e3 * self.tool_room:.0f} mm"
+        return f"turns to {self.largest_angle:.0f} degrees with the strip; {room} behind it stays above the table"
 
     def _push(self) -> str:
         """The push on what lies, and the bump that would grow under it."""
@@ -402,14 +417,18 @@ def assess(
         return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say)
 
     found = followed(curve, refinement, progress)
-    friction = np.array([] if asked.layer_friction is not None else [abs(friction_to_hold(*at)) for at in found.static])
-    hold_friction, slip, slide_t = float(max(friction, default=nan)), nan, nan
+    forces, hold_friction, slip, slide_t = forces_of(found.static), nan, nan, nan
+    if asked.layer_friction is None:
+        friction = np.abs(hold_frictions(forces, strip.length))
+        hold_friction = float(friction.max())
     if asked.table_friction is not None and hold_friction > asked.table_friction:
         slip = _slip(found, friction, asked.table_friction)
         mesh = strip.contact_mesh(refinement, memory=memory)
         seen, known = slides_on(mesh, curve, strip.length, effects, asked.table_friction, size, progress)
         found = followed(seen, refinement, progress)
-        if any(at.lam > known and abs(friction_to_hold(*at)) > asked.table_friction for at in found.static):
+        forces = forces_of(found.static)
+        after = np.array([at.lam for _, at in found.static]) > known
+        if (np.abs(hold_frictions(forces[after], strip.length)) > asked.table_friction).any():
             slide_t = curve.pseudo_time(known)
     changes, touch_change, dependence = (nan,) * len(found.events), nan, ""
     if compare:
@@ -427,7 +446,7 @@ def assess(
             events = []
         damping = in_solver_units(Release(), material).damping
         # Wrinkles are there where they may grow.
-        wrinkled = _flatness_ratio(peak_push(found.static)[0], asked) < 1.0
+        wrinkled = _flatness_ratio(peak_push(found.static, forces)[0], asked) < 1.0
         ridge = Ridge.worst(found.static, asked.flatness / unit) if wrinkled else None
         try:
             found = follow_in_time(
@@ -456,15 +475,18 @@ def assess(
     planned, landing = (fold.first_touch, fold.landing) if fold else (nan, nan)
     planned, landing = planned + fold_line, landing + fold_line
     states = found.static or found.states
+    if asked.layer_friction is not None:
+        forces = forces_of(states)
     problem, last = states[-1]
     completed = bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
     end_error = float(np.linalg.norm(seen.position(last.lam) - end))
     in_place = completed and end_error <= largest_miss(strip.length, unit)
     distance = shape_error(problem, last, fold) if fold and in_place else nan
-    peak_force, peak_hold = peak_forces(states)
+    peak_force, peak_hold = peak_forces(forces)
     slip_x, slip_z = (nan, nan) if isnan(slip) else (unit * curve.position(slip)).tolist()
-    push, push_z = peak_push(states)
+    angles = grip_angles(states)
+    push, push_z = peak_push(states, forces)
     bump = unit * BUMP / push**2 if push else nan
     return PathAssessment(
         stable=not events,
@@ -483,6 +505,8 @@ def assess(
         slip_z=slip_z,
         slide=unit * slide_of(states[-1]),
         slide_t=slide_t,
+        largest_angle=float(np.degrees(angles.max())),
+        tool_room=unit * tool_room(states, angles),
         peak_moment=material.scales["N"] * peak_moment(states),
         peak_push=material.force_scale * push,
         push_z=unit * push_z,

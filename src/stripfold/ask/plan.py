@@ -29,7 +29,7 @@ from stripfold.elastica.boundary import snap_boundary
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.follow.contact import touches
-from stripfold.follow.track import WAVE, mid_surfaces
+from stripfold.follow.track import WAVE, grip_angles, mid_surfaces
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.fold_path import lifted_triangular
@@ -62,8 +62,6 @@ CLEAR = 0.05
 DELAY = 8.0
 """Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
 HEADER = "t,x,z,angle"
-AT_GRIP = 0.02
-"""Length of the strip from its end over which its direction there is taken, L*: it is straight at its end."""
 SHOWN, NODES = 12, 201
 """Numbers of states that are drawn, and of points of each."""
 FRAME = {
@@ -467,8 +465,7 @@ def _waypoints(choice: Choice, asked: PlanInputs) -> Array:
     travelled, places = choice.path.curve.sampled(choice.path.spacing)
     places = np.maximum(places, [-np.inf, 0.0])
     states = choice.verdicts[1].states
-    direction = np.diff(mid_surfaces(states, np.array([0.0, AT_GRIP])), axis=1)[:, 0] @ [1.0, -1j]
-    angle = np.degrees(np.unwrap(np.angle([1.0, *direction])))
+    angle = np.degrees([0.0, *grip_angles(states)])
     angles = np.interp(travelled / asked.gravity_length, [0.0, *(point.lam for _, point in states)], angle)
     return np.column_stack([timed(travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])
 

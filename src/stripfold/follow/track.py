@@ -56,6 +56,8 @@ WAVE = 8.0
 A wave of height a and wave number k holds it while a k^2 (F - k^2) < 2: the lowest that does not has k^2 = F / 2.
 In time a ruck grows from 0.67 :data:`BUMP` on, for a single ridge as for several (study rucks).
 """
+AT_GRIP = 0.02
+"""Length of the strip from its end over which its direction there is taken, L*: it is straight at its end."""
 NO_PUSH = 1e-3
 """Push that counts as none, rho_a g L*: forces are solved for to less."""
 MOVING, NODAL = "moving", "nodal"
@@ -340,20 +342,28 @@ def grip_and_hold(problem: StripProblem, point: Point | TimeState) -> tuple[Arra
     return np.asarray(residual[problem.model.middle[0]]), float(residual[problem.model.middle[-1, 0]])
 
 
-def peak_forces(states: Sequence[StripState]) -> tuple[float, float]:
-    """Largest force of the gripper, and largest horizontal force of the held end, over states."""
-    forces = [grip_and_hold(*state) for state in states]
-    return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
+def forces_of(states: Sequence[StripState]) -> Array:
+    """Force (x, z) of the gripper and horizontal one of the held end in each state, shape (len(states), 3)."""
+    return np.array([(*grip, hold) for grip, hold in (grip_and_hold(*state) for state in states)])
+
+
+def peak_forces(forces: Array) -> tuple[float, float]:
+    """Largest force of the gripper, and largest horizontal force of the held end, of :func:`forces_of`."""
+    return float(np.hypot(forces[:, 0], forces[:, 1]).max()), float(np.abs(forces[:, 2]).max())
 
 
 def friction_to_hold(problem: StripProblem, point: Point | TimeState) -> float:
-    """Coefficient of friction of the table with which what lies would just stay without a pin.
+    """Coefficient of friction of the table with which what lies would just stay without a pin."""
+    return float(hold_frictions(forces_of([StripState(problem, point)]), problem.model.length)[0])
 
-    Negative where the gripper pushes it along x.  All of the lying part slides at once: it is stiff along itself.  The
-    table carries what the gripper does not.
+
+def hold_frictions(forces: Array, length: float) -> Array:
+    """The same of all states of a strip of this length, L*, from their :func:`forces_of`; shape (n,).
+
+    Negative where the gripper pushes what lies along x.  All of it slides at once: it is stiff along itself.  The table
+    carries what the gripper does not.
     """
-    grip, hold = grip_and_hold(problem, point)
-    return hold / (problem.model.length - float(grip[1]))
+    return np.asarray(forces[:, 2] / (length - forces[:, 1]))
 
 
 def peak_moment(states: Sequence[StripState]) -> float:
@@ -362,17 +372,34 @@ def peak_moment(states: Sequence[StripState]) -> float:
     return max((abs(c.moment(at.q)) for c, of, at in clamps if c and at.q[of.model.middle[0, 1]] > LOW), default=0.0)
 
 
-def peak_push(states: Sequence[StripState]) -> tuple[float, float]:
-    """Largest push of the gripper on what lies, over states, and the gripper's height there; 0 and nan without one.
+def peak_push(states: Sequence[StripState], forces: Array) -> tuple[float, float]:
+    """Largest push of the gripper on what lies, over states and their forces, and its height there; 0 and nan for none.
 
     It is the gripper's force in the direction of folding: friction on the floor takes some of it, nothing adds to it.
     Between the states of a static path it is up to 1 % larger.
     """
-    push = np.array([grip_and_hold(*state)[0][0] for state in states])
+    push = forces[:, 0]
     problem, point = states[int(push.argmax())]
     if push.max() < NO_PUSH:
         return 0.0, float("nan")
     return float(push.max()), float(problem.model.mid_surface(point.q)[0, 1])
+
+
+def grip_angles(states: Sequence[StripState]) -> Array:
+    """Rotation of the gripper in each state, rad, shape (n,): 0 where it grasps the flat strip, pi on the folded one.
+
+    A hinge is taken to turn with the strip's end; that of a clamp is what the strip's end is given.
+    """
+    direction = np.diff(mid_surfaces(states, np.array([0.0, AT_GRIP])), axis=1)[:, 0] @ [1.0, -1j]
+    return np.unwrap(np.angle([1.0, *direction]))[1:]
+
+
+def tool_room(states: Sequence[StripState], angles: Array) -> float:
+    """Length behind the grasp up to which a tool along the gripper's angles stays above the table, L*; inf for any."""
+    z = np.array([problem.model.mid_surface(point.q)[0, 1] for problem, point in states])
+    dips = -np.sin(angles)
+    down = (dips > 0.0) & (z > LOW)
+    return float((z[down] / dips[down]).min(initial=np.inf))
 
 
 def shape_error(problem: StripProblem, point: Point | TimeState, fold: HalfFold) -> float:
