@@ -28,7 +28,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "a path followed": lambda: STRIP.assess(LOW, model="rod"),
     "a fall on a path": lambda: STRIP.assess(sf.paths.triangular(STRIP), fall=True, model="rod"),
     "a map": STRIP.map,
-    "a plan": lambda: STRIP.plan(layers_may_slide=True),
+    "a plan": lambda: STRIP.plan(),
     "a path": lambda: LOW,
 }
 
@@ -50,7 +50,7 @@ def test_a_figure_is_the_same_file_again(tmp_path: Path):
 
 def test_the_report_of_a_plan_is_one_file(tmp_path: Path):
     page = tmp_path / "plan.html"
-    STRIP.plan(layers_may_slide=True).report(page)
+    STRIP.plan().report(page)
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") + text.count("data:image/") >= 1
     assert 'src="http' not in text

@@ -181,13 +181,6 @@ class TestTable:
         assert not found.slips
         assert found.hold_friction > 1.0  # any table
 
-    def test_no_path_is_planned_on_which_it_slips(self) -> None:
-        strip = sf.Strip(length=0.36, eta_b=3780)
-        held = strip.plan(layers_may_slide=True, table_friction=0.5)
-        assert all(0.1 < verdict.hold_friction < 0.5 for verdict in held.choice.verdicts)
-        with pytest.raises(sf.NoPathError, match="on the table from x"):
-            strip.plan(layers_may_slide=True, table_friction=0.05)
-
 
 PUSHED, THICKNESS, PLACE = 10.0, 0.08, 5.0
 """A strip that is pushed, and the place of a ridge under it, L*."""

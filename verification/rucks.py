@@ -298,19 +298,20 @@ def _compared(seed: int, number: int) -> dict[str, float]:
 
 def _planned(seed: int, number: int) -> tuple[str, str]:
     """The path planned for a random strip, and what its motion in time over a ridge does that it should not."""
-    asked, speed = folding_plans.case(number, seed)
-    asked = asked.model_copy(update={"speed": speed})
+    asked = folding_plans.case(number, seed).model_copy(update={"max_snap": 0.0})
     try:
-        choice = choose(asked)
+        best = choose(asked.model_copy(update={"speed": None}))[0][0]
     except NoPathError:
         return "none", ""
+    if best.candidate.gripper != "hinge":
+        return "none", ""
     random = np.random.default_rng([seed, number, 1])
-    static, moment = [verdict.states for verdict in choice.verdicts], choice.sufficient_moment or 0.0
+    static, moment = [verdict.states for verdict in best.verdicts], best.sufficient_moment or 0.0
     width, place = random.uniform(0.02, 0.1), random.uniform(0.2, 0.8) * asked.length
     found, message = attempted(
-        lambda: in_time(asked, choice.path, static, moment, lambda line: None, Ridge(asked.flatness, width, place))
+        lambda: in_time(asked, best.path, static, moment, lambda line: None, Ridge(asked.flatness, width, place))
     )
-    return choice.path.name, "" if isinstance(found, InTime) else str(found or message)
+    return best.name, "" if isinstance(found, InTime) else str(found or message)
 
 
 def facts(d: xr.Dataset) -> Facts:

@@ -348,7 +348,8 @@ def safe_side(gravity_length: float) -> str:
 def plan_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import PlanInputs
 
-    options(parser, PlanInputs, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "margin", "layers_may_slide"))
+    options(parser, PlanInputs, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "goal", "gripper_accuracy"))
+    options(parser, PlanInputs, ("max_snap", "max_slide", "margin", "tool", "layer_friction"))
     text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*]: the R-path needs friction"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
     options(parser, PlanInputs, ("speed", "acceleration", "flatness", "table_friction"))
@@ -360,9 +361,9 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     plot_option(parser, "the strip along the path")
 
 
-@command("a gripper path that folds a strip whose eta_b is not well known", plan_options, json=False)
+@command("the gripper paths that fold a strip, ranked by what comes of them", plan_options, json=False)
 def plan(arguments: argparse.Namespace, say: Say) -> str:
-    """Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot."""
+    """Follow all known paths with every eta_b of an interval, rank them, and write the best for a robot."""
     from stripfold.ask.inputs import PlanInputs
 
     asked = PlanInputs(**given(arguments, PlanInputs) | _friction(arguments.friction_moment))

@@ -46,6 +46,8 @@ whose sag comes down too late."""
 STEPS = {"lift": 1.0, "carry": 0.25, "roll": 0.05, "lay": 0.25}
 """Size of the steps in the phases of an R-path, L*: where the sag of a stiff strip comes down, a tenth of L* decides
 between a touch and a snap."""
+USUAL_STEP = 0.25
+"""On other paths."""
 MOST_TRIALS = 30
 """Strengths that are tried in a search."""
 Held = TypeVar("Held")
@@ -100,7 +102,8 @@ def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> 
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
     first = with_effects(from_flat(model.contact_mesh(REFINEMENT, memory=True), path, model.length), effects)
     places = chain.from_iterable(
-        steps_on(replace(path, pieces=(piece,)), model.length, STEPS[piece.name]) for piece in path.pieces
+        steps_on(replace(path, pieces=(piece,)), model.length, STEPS.get(piece.name, USUAL_STEP))
+        for piece in path.pieces
     )
     return load(first, places, until="touch", locate=False).end is not End.SNAP
 

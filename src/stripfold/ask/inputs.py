@@ -337,10 +337,28 @@ class PlanInputs(Strip):
     """A strip to be folded, how well it is known, and what the robot may do."""
 
     eta_b_uncertainty: Annotated[Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=0.5)] = 0.2
+    goal: Annotated[
+        Literal["accurate", "gentle", "quick"], Field(description="what makes a path better than another")
+    ] = "accurate"
+    gripper_accuracy: Annotated[
+        Number,
+        quantity("distance within which the gripper is where it should be, 95 times of 100", "m", ge=0.0, le=0.1),
+    ] = 1e-3
+    layer_friction: Annotated[
+        Number, quantity("largest coefficient of friction between the layers and on the floor", ge=0.0, le=MAX_MU)
+    ] = 0.5
+    max_snap: Annotated[Number | None, quantity("limit: height by which the strip may snap down", "m", ge=0.0)] = None
+    max_slide: Annotated[
+        Number | None, quantity("limit: way of the upper layer over the lower one, once they touch", "m", ge=0.0)
+    ] = None
     margin: Annotated[
-        Number, quantity("distance of the gripper from where the strip snaps, for every eta_b", "m", ge=0.0, le=1e6)
-    ] = 0.01
-    layers_may_slide: Annotated[Flag, Field(description="the upper layer may slide over the lower one")] = False
+        Number | None,
+        quantity("limit: distance of the gripper from where the strip snaps, for every eta_b", "m", ge=0.0, le=1e6),
+    ] = None
+    tool: Annotated[
+        Number | None,
+        quantity("limit: length of a tool behind the grasp, which must stay above the table", "m", ge=0.0),
+    ] = None
     friction_moment: FrictionMoment = None
     yield_curvature: Annotated[Number | None, quantity("its kappa_y; by default 0.05 / L*", "1/m", ge=1e-3, le=1e6)] = (
         None
@@ -357,7 +375,7 @@ class PlanInputs(Strip):
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:
-        if not self.margin < self.length:
+        if self.margin is not None and not self.margin < self.length:
             advice = value_meant(self.margin, "m", 0.0, 0.25 * self.length)
             raise InvalidInputError("margin", self.margin, f"less than the length, {self.length:g} m", advice)
         if self.yield_curvature is not None and self.friction_moment is None:

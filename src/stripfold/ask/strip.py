@@ -294,8 +294,13 @@ class Strip:
         self,
         *,
         eta_b_uncertainty: float = 0.2,
-        margin: float = 0.01,
-        layers_may_slide: bool = False,
+        goal: str = "accurate",
+        gripper_accuracy: float = 1e-3,
+        layer_friction: float = 0.5,
+        max_snap: float | None = None,
+        max_slide: float | None = None,
+        margin: float | None = None,
+        tool: float | None = None,
         friction_moment: float | None = None,
         yield_curvature: float | None = None,
         speed: float | None = None,
@@ -304,33 +309,38 @@ class Strip:
         table_friction: float | None = None,
         progress: Progress | None = None,
     ) -> FoldingPlan:
-        """A gripper path that folds the strip in half, with a margin for every eta_b of an interval (docs/plan.md).
+        """Rank the gripper paths that fold the strip in half by what comes of them (docs/plan.md).
 
         Parameters
         ----------
         eta_b_uncertainty
             Relative uncertainty of eta_b.
-        margin
-            Least distance of the gripper from where the strip snaps, m.
-        layers_may_slide
-            Whether the upper layer may slide over the lower one.
+        goal
+            "accurate": the fold whose error has the least upper bound; "gentle": the lowest snap, then the least slide
+            of the layers; "quick": the shortest motion.
+        gripper_accuracy
+            Distance within which the gripper is where it should be, 95 times of 100, m.
+        layer_friction
+            Largest coefficient of friction between the layers and on the floor.
+        max_snap, max_slide, margin, tool
+            Limits, m, where given: height by which the strip may snap down, way of the upper layer over the lower one,
+            distance of the gripper from where the strip snaps, and length of the tool that has to clear the table.
         friction_moment, yield_curvature
-            M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which an R-path needs.
+            M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which may hold a strip that snaps without.
         speed, acceleration
-            Largest ones of the gripper, m/s and m/s^2.  With a speed the path is followed in time, too; without one it
-            is timed for 0.1 m/s.
+            Largest ones of the gripper, m/s and m/s^2.  With a speed the best path is followed in time, too; without
+            one it is timed for 0.1 m/s.
         flatness
-            Height of the wrinkles that may be in the flat strip, m: the path's push must not make them grow.
+            Height of the wrinkles that may be in the flat strip, m: a push that makes them grow ranks a path last.
         table_friction
-            Coefficient of friction of the table that alone holds what lies: no path on which it slides farther than a
-            fold may be off is planned.  Its end is pinned where it is not given.
+            Coefficient of friction of the table that alone holds what lies; its end is pinned where it is not given.
 
         Raises
         ------
         InvalidInputError
             A value that cannot be used, or a strip that cannot be folded in half.
         NoPathError
-            No known path has the margin, or is followed at that speed; it says by how much each fails.
+            No path keeps the limits that are given; it says why not of each.
         """
         from stripfold.ask.inputs import PlanInputs
         from stripfold.ask.plan import FoldingPlan

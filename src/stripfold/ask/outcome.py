@@ -1,0 +1,407 @@
+"""Where a path lays a strip, and what the way there does to it, for all that is uncertain about the strip; in SI.
+
+The rod follows the path with the least and the largest eta_b, falls included.  A layer that comes down beyond the place
+planned for it has to slide back: friction between the layers may keep it, so that strip is followed in time, too
+(docs/plan.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property, lru_cache
+from math import inf, isfinite, isnan, nan
+from typing import Any
+
+import numpy as np
+
+from stripfold import elastica
+from stripfold.ask.assess import PathAssessment, assess
+from stripfold.ask.collapse import in_solver_units
+from stripfold.ask.friction import REFINEMENT, SPARE, lost_with
+from stripfold.ask.inputs import PathInputs, PlanInputs, Release, Strip
+from stripfold.ask.planned_motion import ACCURATE, TIME_OPTIONS
+from stripfold.base.arrays import Array
+from stripfold.base.errors import SolveError
+from stripfold.base.validation import Gripper
+from stripfold.elastica.boundary import snap_boundary
+from stripfold.follow.contact import columns_on_floor, touches
+from stripfold.follow.statics import StripModel
+from stripfold.follow.time import follow_in_time
+from stripfold.follow.track import StripState, first_landing, nodes
+from stripfold.paths import FoldPath
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.motion import TimedPath, timed
+from stripfold.paths.rpath import half_fold
+from stripfold.paths.table import SPACING
+
+STEP = 0.25
+"""Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
+DELAY = 8.0
+"""Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
+SAMPLES = 4000
+"""Of what is uncertain, from which the interval of the fold's error follows."""
+FARTHEST, OFFSETS = 4.0, 17
+"""Largest place of the gripper for which the fold's error is computed, standard deviations, and number of places."""
+NORMAL_95 = 1.96
+"""Standard deviations within which 95 % of a normal distribution lie."""
+Bound = tuple[float, float]
+"""Least and largest value."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A path, the gripper that it takes, and how it was made."""
+
+    name: str
+    path: FoldPath
+    made: str
+    gripper: Gripper = "hinge"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What comes of a path, for all eta_b of the interval; lengths in m, per width.
+
+    Attributes
+    ----------
+    candidate
+        The path.
+    error
+        Interval in which 95 % of the distances of the finished fold from the accurate one lie: the largest of a point of
+        the strip, with what the table lets it slide and what the gripper is off.
+    touch_error, layer_slide
+        How far beyond its planned place the upper layer first touches, and the largest way of that point of it over the
+        lower one until the fold is done.
+    drop, energy, speed
+        Of the largest snap: height that a point loses, energy freed, J/m, and largest speed, m/s; 0 without a snap.
+    margin
+        Least distance of the gripper from where the strip snaps; 0 where it does.
+    flatness_ratio
+        Height of the lowest waves of the flat strip that its push makes grow, over the flatness; inf without a push.
+    hold_friction, table_slide
+        Coefficient of friction of the table that holds the strip without a pin, and how far it slides on the table; nan
+        of one that slips and was not followed.
+    largest_angle, tool_room
+        As of :class:`.PathAssessment`.
+    sufficient_moment
+        M_0 with which friction holds the strip where it would snap without, N; None where it need not.
+    duration
+        Of the motion, s.
+    failure
+        Why what the strip does could not be computed for one of the eta_b; empty where it could.
+    excluded
+        The limit that it does not keep, in words; empty where it keeps all.
+    verdicts
+        The rod's, with the least and the largest eta_b, for the best path with the given one, too, as far as they could
+        be computed.
+    """
+
+    candidate: Candidate
+    error: Bound
+    touch_error: Bound
+    layer_slide: float
+    drop: float
+    energy: float
+    speed: float
+    margin: float
+    flatness_ratio: float
+    hold_friction: float
+    table_slide: float
+    largest_angle: float
+    tool_room: float
+    duration: float
+    sufficient_moment: float | None = None
+    failure: str = ""
+    excluded: str = ""
+    verdicts: tuple[PathAssessment, ...] = field(default=(), repr=False)
+
+    @property
+    def name(self) -> str:
+        """That of the candidate."""
+        return self.candidate.name
+
+    @property
+    def path(self) -> FoldPath:
+        """The candidate's."""
+        return self.candidate.path
+
+    def costs(self, asked: PlanInputs) -> str:
+        """What the path costs, in words."""
+        if self.failure:
+            return self.failure
+        said = []
+        if self.drop > 0.0:
+            said.append(f"it snaps: {_mm(self.drop)} down, {max(1e3 * self.energy, 0.0):.2g} mJ/m freed")
+        else:
+            said.append(f"nothing snaps within {_mm(self.margin)} of the path")
+        if self.sufficient_moment is not None:
+            said[-1] = f"held by friction: M_0 = {self.sufficient_moment:.2g} N suffices"
+        late = self.touch_error[1]
+        if late > ACCURATE * asked.gravity_length:
+            said.append(f"the layer lands {_mm(late)} too far and has to slide back")
+        elif self.layer_slide > ACCURATE * asked.gravity_length:
+            said.append(f"the layers slide {_mm(self.layer_slide)} over each other")
+        if self.flatness_ratio < 1.0:
+            said.append(f"its push may make wrinkles of {_mm(self.flatness_ratio * asked.flatness)} ruck")
+        if asked.table_friction is None or not self.table_slide == 0.0:
+            slides = f"it slides {_mm(self.table_slide)} on the table: " if self.table_slide > 0.0 else ""
+            said.append(f"{slides}without a pin it takes table friction of {self.hold_friction:.2g}")
+        if self.candidate.gripper == "turning":
+            said.append("the gripper clamps and turns as the path says")
+        if isfinite(self.tool_room):
+            said.append(f"a tool of at most {1e3 * self.tool_room:.0f} mm clears the table")
+        return "; ".join(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers by name."""
+        values = asdict(replace(self, verdicts=()))
+        found = values.pop("candidate")
+        del values["verdicts"]
+        return {"path": self.name, "gripper": found["gripper"], "made": found["made"], **values}
+
+
+def worst(values: Iterable[float], of: Callable[[Array], Any] = np.max) -> float:
+    """Largest, or what ``of`` takes, of the values that are known."""
+    known = np.array([value for value in values if not isnan(value)])
+    return float(of(known)) if len(known) else nan
+
+
+def outcome_of(
+    asked: PlanInputs,
+    candidate: Candidate,
+    strips: Sequence[Strip],
+    say: Callable[[str], None],
+    known: Outcome | None = None,
+    slides: bool = False,
+) -> Outcome:
+    """Follow a path with strips of several eta_b, the stiffest first.
+
+    ``known``: what came of it with some of them.  ``slides``: whether to follow, which takes seconds, how far a strip
+    slides on its table; without, one that slips is not folded.
+    """
+    follower = _Follower(asked, candidate, slides)
+    # Verdicts with friction are none without.
+    there = known.verdicts if known is not None and known.sufficient_moment is None else ()
+    verdicts: list[PathAssessment] = []
+    moment, failure, error, hold_friction, slips = None, "", (nan, inf), nan, False
+    try:
+        for strip in strips:
+            say(f"{candidate.name} path with eta_b = {strip.eta_b:.4g}")
+            done = (verdict for verdict in there if verdict.asked.eta_b == strip.eta_b)
+            verdicts.append(next(done, None) or follower.verdict(strip))
+        if (
+            not all(verdict.stable for verdict in verdicts)
+            and (moment := follower.held_by_friction(strips, say)) is not None
+        ):
+            verdicts = [follower.verdict(strip, asked.friction_moment) for strip in strips]
+        hold_friction = worst(verdict.hold_friction for verdict in verdicts)
+        slips = asked.table_friction is not None and hold_friction > asked.table_friction
+        error = (nan, inf) if slips and not slides else follower.error(verdicts, say)
+    except SolveError as problem:
+        failure = " ".join(str(problem).split())
+    margin = min(map(follower.margin, verdicts), default=0.0)
+    if moment is not None and asked.friction_moment is not None:
+        margin = follower.delay * (asked.friction_moment - moment)
+    events = [event for verdict in verdicts for event in verdict.critical]
+
+    def snap(key: str) -> float:
+        return float(np.nanmax([0.0, *(event[key] for event in events)]))
+
+    touch = [verdict.touch_error for verdict in verdicts]
+    found = Outcome(
+        candidate,
+        error=error,
+        touch_error=(worst(touch, np.min), worst(touch)),
+        layer_slide=worst(map(follower.layer_slide, verdicts)),
+        drop=snap("drop"),
+        energy=snap("energy"),
+        speed=snap("speed"),
+        margin=margin,
+        flatness_ratio=worst((verdict.flatness_ratio for verdict in verdicts), np.min),
+        hold_friction=hold_friction,
+        table_slide=worst(abs(verdict.slide) for verdict in verdicts) if slides or not slips else nan,
+        largest_angle=worst(verdict.largest_angle for verdict in verdicts),
+        tool_room=worst((verdict.tool_room for verdict in verdicts), np.min),
+        duration=follower.duration,
+        sufficient_moment=moment,
+        failure=failure or next((verdict.failure for verdict in verdicts if verdict.failure), ""),
+        verdicts=tuple(verdicts),
+    )
+    return replace(found, excluded=_excluded(asked, found))
+
+
+def _excluded(asked: PlanInputs, found: Outcome) -> str:
+    """The first limit that an outcome does not keep, in words; a number that is not known keeps none."""
+    limits = (
+        ("it snaps, down by", found.drop, asked.max_snap, 1.0),
+        ("the layers slide over each other by", found.layer_slide, asked.max_slide, 1.0),
+        ("its distance from where the strip snaps is", found.margin, asked.margin, -1.0),
+        ("the longest tool that clears the table is", found.tool_room, asked.tool, -1.0),
+    )
+    for what, value, limit, sign in limits:
+        if limit is not None and not sign * value <= sign * limit:
+            return f"{what} {_mm(value)}, {'at most' if sign > 0.0 else 'at least'} {_mm(limit)} is asked for"
+    return ""
+
+
+def _mm(value: float) -> str:
+    return f"{1e3 * value:.2g} mm" if abs(value) < 0.01 else f"{1e3 * value:.0f} mm"
+
+
+@dataclass(frozen=True)
+class _Follower:
+    asked: PlanInputs
+    candidate: Candidate
+    slides: bool
+
+    def verdict(self, strip: Strip, moment: float | None = None) -> PathAssessment:
+        """The rod's, with falls, or with a friction moment, N."""
+        asked = self.asked
+        given: dict[str, Any] = {"flatness": asked.flatness, "gripper": self.candidate.gripper}
+        if self.slides:
+            given["table_friction"] = asked.table_friction
+        inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=moment is None)
+        how: dict[str, Any] = {}
+        if moment is not None:
+            inputs = inputs.model_copy(update={"friction_moment": moment, "step": STEP * strip.gravity_length})
+            # With longer elements strips are lost where one of them begins to slide.
+            how = {"yield_curvature": asked.yield_curvature, "refinement": REFINEMENT}
+        return assess(inputs, self.candidate.path, compare=False, **how)
+
+    @property
+    def delay(self) -> float:
+        """Distance by which friction delays a snap, m per N of M_0."""
+        return DELAY / self.asked.material.force_scale
+
+    def held_by_friction(self, strips: Sequence[Strip], say: Callable[[str], None]) -> float | None:
+        """M_0 with which the strips follow, as much less than there is as the margin and :data:`SPARE` say."""
+        asked, there = self.asked, self.asked.friction_moment
+        if there is None or self.candidate.gripper != "hinge":
+            return None
+        enough = min(there / SPARE, there - (asked.margin or 0.0) / self.delay)
+        followed = [(strip.material, strip.length, self._scaled(strip)) for strip in strips]
+        return enough if enough > 0.0 and lost_with(followed, enough, asked.yield_curvature, say) is None else None
+
+    def _scaled(self, strip: Strip) -> GripperPath:
+        return self.candidate.path.curve.scaled(1.0 / strip.gravity_length)
+
+    def margin(self, verdict: PathAssessment) -> float:
+        """Least distance from where this strip snaps, up to the touch; 0 where it does."""
+        if not verdict.stable:
+            return 0.0
+        unit, places = verdict.asked.gravity_length, list[tuple[float, float]]()
+        below = elastica.touch_limit() * unit - self.candidate.path.places[:, 2].max()
+        if below > 0.0:
+            return float(below)  # the gripper may be so much too high all along
+        for problem, point in verdict.states:
+            if touches(problem.model, point):
+                break
+            x, z = problem.model.mid_surface(point.q)[0]
+            places.append((x + 0.5 * problem.model.length, z))
+        advance, z = np.array(places).T
+        return unit * float(_boundary(self.asked.strips[-1].length_star).distance(advance, z).min())
+
+    def layer_slide(self, verdict: PathAssessment) -> float:
+        """Way of the point of the upper layer that touches first, from there to the end; nan without a touch."""
+        motions = (motion for _, motion in verdict.falls)
+        landed = [motion[i] for motion in motions if (i := first_landing(motion)) is not None]
+        laid = (state for state in verdict.states if touches(state.problem.model, state.point))
+        first = next(iter(landed), None) or next(laid, None)
+        if first is None:
+            return nan
+        s = first.problem.model.s[columns_on_floor(first.problem.model, first.point)][:1]
+        before, after = (_place(state, s) for state in (first, verdict.states[-1]))
+        return verdict.asked.gravity_length * abs(after - before)
+
+    @cached_property
+    def _timing(self) -> TimedPath:
+        path = self.candidate.path
+        return timed(*path.curve.sampled(path.spacing), self.asked.gripper_speed, self.asked.acceleration)
+
+    @property
+    def duration(self) -> float:
+        """Of the motion, s."""
+        return float(self._timing.t[-1])
+
+    def error(self, verdicts: Sequence[PathAssessment], say: Callable[[str], None]) -> Bound:
+        """The interval of the fold's error: eta_b, friction between the layers and the gripper's place are drawn.
+
+        With three verdicts, those of the best path, one of them is followed in time in any case.
+        """
+        asked, eta_b = self.asked, [verdict.asked.eta_b for verdict in verdicts]
+        if not all(isfinite(verdict.shape_error) for verdict in verdicts):
+            return nan, inf
+        deviation = asked.gripper_accuracy / NORMAL_95
+        offs = deviation * np.linspace(-FARTHEST, FARTHEST, OFFSETS) if deviation else np.zeros(1)
+        still = np.stack([_errors(verdict.states[-1], verdict.asked, offs) for verdict in verdicts])
+        slides = np.array([[abs(verdict.slide)] for verdict in verdicts])
+        moved, late = still.copy(), int(np.argmax([verdict.touch_error for verdict in verdicts]))
+        is_late = verdicts[late].touch_error > ACCURATE * verdicts[late].asked.gravity_length
+        if asked.layer_friction and (is_late or len(verdicts) == len(asked.strips)):
+            say(f"{self.candidate.name} path with friction between the layers")
+            at = late if is_late else len(verdicts) // 2
+            rubbed = _errors(self._rubbed(verdicts[at].asked), verdicts[at].asked, offs)
+            if is_late:
+                moved[late] = rubbed
+            else:
+                moved = np.abs(still + rubbed - still[at])
+        random = np.random.default_rng(0)
+        drawn = random.uniform(eta_b[0], eta_b[-1], SAMPLES), random.normal(0.0, deviation, SAMPLES)
+        # Whether it is friction or not that decides is not known.
+        rubs = random.uniform(size=SAMPLES) < 0.5
+        off = np.where(rubs, *(_interpolated(eta_b, offs, of + slides, *drawn) for of in (moved, still)))
+        low, high = np.quantile(off, (0.025, 0.975))
+        return float(low), float(high)
+
+    def _rubbed(self, strip: Strip) -> StripState:
+        """The fold with friction between the layers, in time."""
+        asked, material = self.asked, strip.material
+        path = self._scaled(strip)
+        speed, acceleration = asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
+        return follow_in_time(
+            StripModel(strip.length_star, material.relative_thickness, kind="rod"),
+            path,
+            asked.layer_friction,
+            damping=in_solver_units(Release(), material).damping,
+            speed=timed(*path.sampled(SPACING), speed, acceleration),
+            options=TIME_OPTIONS,
+        ).states[-1]
+
+
+def _errors(state: StripState, strip: Strip, offs: Array) -> Array:
+    """Errors of a fold, m, with the gripper off by so much along x at the end, m: shape of ``offs``.
+
+    The fold line is then off by half of it, and every point by what the fold is shifted and rolls: no other equilibrium
+    is computed.
+    """
+    unit, length = strip.gravity_length, strip.length_star
+    model, folded, s = state.problem.model, half_fold(length).folded, nodes(length)
+    there = model.resampled_mid_surface(state.point.q, s)
+    found = []
+    for shift in 0.5 * offs / unit:
+        # The layers end as straight lines.
+        inside = np.clip(s - shift, 0.0, length)
+        rolled = folded.at(inside) + np.column_stack([shift + np.where(s - shift < inside, shift, 0.0), 0.0 * s])
+        found.append(np.linalg.norm(there + rolled - 2.0 * folded.at(s), axis=1).max())
+    return unit * np.array(found)
+
+
+def _interpolated(eta_b: Sequence[float], offs: Array, errors: Array, at: Array, off: Array) -> Array:
+    """Errors, shape (strips, offsets), between these."""
+    along = np.stack([np.interp(off, offs, row) for row in errors])
+    if len(eta_b) == 1:
+        return along[0]
+    upper = np.clip(np.searchsorted(eta_b, at), 1, len(eta_b) - 1)
+    low, high = np.array(eta_b)[[upper - 1, upper]]
+    share = (at - low) / (high - low)
+    drawn = np.arange(len(at))
+    return np.asarray((1.0 - share) * along[upper - 1, drawn] + share * along[upper, drawn])
+
+
+_boundary = lru_cache(maxsize=8)(snap_boundary)
+
+
+def _place(state: StripState, s: Array) -> float:
+    """x of a point of the mid-surface."""
+    return float(state.problem.model.resampled_mid_surface(state.point.q, s)[0, 0])
