@@ -16,7 +16,7 @@ from stripfold import elastica
 from stripfold.ask import plan as planner
 from stripfold.ask.friction import lost_with
 from stripfold.ask.inputs import PlanInputs
-from stripfold.ask.outcome import Outcome
+from stripfold.ask.outcome import Outcome, outcome_of
 from stripfold.ask.plan import FoldingPlan
 from stripfold.base.errors import InvalidInputError, NoPathError
 from stripfold.cli import main
@@ -97,7 +97,7 @@ class TestOutcomes:
             assert outcome.error[1] > exact[name].error[1] + 2e-4
         circular = by_name(long)["circular"]
         assert circular.touch_error[1] > 0.02
-        assert circular.error[1] > 0.02
+        assert circular.error[1] > 0.05
         assert exact["circular"].error[1] < 1e-3
 
     def test_layers_slide_as_the_height_at_the_touch_says(self, long: FoldingPlan) -> None:
@@ -107,16 +107,20 @@ class TestOutcomes:
         assert low.layer_slide == pytest.approx(unit * layer_slide(0.5 / unit, 1.0), abs=0.15 * unit)
 
     def test_goals_and_limits(self, long: FoldingPlan) -> None:
-        strip = sf.Strip(length=0.5, eta_b=ETA_B)
-        quick = strip.plan(goal="quick")
-        assert quick.best.duration == min(outcome.duration for outcome in long.outcomes)
-        held = strip.plan(max_slide=0.05)
-        assert held.best.layer_slide <= 0.05
-        assert by_name(held)["low"].excluded.startswith("the layers slide over each other by")
-        with pytest.raises(NoPathError, match=r"at most 50 mm is asked for.*it snaps, down by") as caught:
-            strip.plan(max_slide=0.05, max_snap=0.0)
-        assert {one.path for one in caught.value.refused} == set(by_name(long))
-        assert by_name(strip.plan(tool=0.5))["low"].excluded
+        quick, *_ = planner.ranked(asked(goal="quick"), list(long.outcomes))
+        assert quick.duration == min(outcome.duration for outcome in long.outcomes)
+        gentle = planner.ranked(asked(goal="gentle"), [*long.outcomes[1:], long.outcomes[0]])
+        drops = [outcome.drop for outcome in gentle if outcome.flatness_ratio > 1.0]
+        assert drops == sorted(drops)
+        strip = sf.Strip(length=0.3, eta_b=ETA_B)
+        held = strip.plan(max_slide=0.03, tool=0.5)
+        assert held.best.layer_slide <= 0.03
+        assert held.best.tool_room > 0.5
+        low = held.outcomes[-1]
+        assert low.excluded.startswith("the layers slide over each other by")
+        with pytest.raises(NoPathError, match=r"at most 20 mm is asked for.*it snaps, down by") as caught:
+            strip.plan(max_slide=0.02, max_snap=0.0)
+        assert {one.path for one in caught.value.refused} == set(by_name(held))
 
     def test_what_slips_on_the_table_is_not_folded(self, strip: sf.Strip) -> None:
         """On the circular path 12 L* pull with 2.3 times what lies; on a smooth table the strip follows its gripper."""
@@ -133,7 +137,9 @@ class TestOutcomes:
         """M_0 of half of what the least fabric of data/fabrics.csv has."""
         strip = sf.Strip(length=0.36, eta_b=ETA_B)
         moment = 0.11 * 9.81 * strip.rho_a * strip.gravity_length**2
-        found = by_name(strip.plan(friction_moment=moment))["r-path"]
+        given = PlanInputs(length=0.36, eta_b=ETA_B, friction_moment=moment)
+        r_path = next(candidate for candidate in planner.candidates(given) if candidate.name == "r-path")
+        found = outcome_of(given, r_path, given.strips[::2], lambda line: None)
         assert found.sufficient_moment is not None
         assert found.sufficient_moment < moment
         assert found.drop == 0.0 < found.margin
@@ -200,6 +206,7 @@ class TestFiles:
         assert main([*command[:-1], str(tmp_path / "a.yaml")]) == 2
         assert not any(tmp_path.iterdir())
         drawing = tmp_path / "a.png"
+        command += ["--tool", "0.5"]  # none for the low path
         assert main([*command, "--speed", "0.2", "--acceleration", "1", "--plot", str(drawing)]) == 0
         assert drawing.stat().st_size > 10_000
         assert "in time" in capsys.readouterr().out

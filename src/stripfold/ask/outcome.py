@@ -1,14 +1,13 @@
 """Where a path lays a strip, and what the way there does to it, for all that is uncertain about the strip; in SI.
 
 The rod follows the path with the least and the largest eta_b, falls included.  A layer that comes down beyond the place
-planned for it has to slide back: friction between the layers may keep it, so that strip is followed in time, too
-(docs/plan.md).
+planned for it has to slide back, and friction between the layers may keep it (docs/plan.md).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from math import inf, isfinite, isnan, nan
 from typing import Any
@@ -45,8 +44,9 @@ FARTHEST, OFFSETS = 4.0, 17
 """Largest place of the gripper for which the fold's error is computed, standard deviations, and number of places."""
 NORMAL_95 = 1.96
 """Standard deviations within which 95 % of a normal distribution lie."""
+NOT_SHOWN = ("candidate", "verdicts")
 Bound = tuple[float, float]
-"""Least and largest value."""
+"""Least and largest value, or median and 95 % quantile."""
 
 
 @dataclass(frozen=True)
@@ -68,15 +68,16 @@ class Outcome:
     candidate
         The path.
     error
-        Interval in which 95 % of the distances of the finished fold from the accurate one lie: the largest of a point of
-        the strip, with what the table lets it slide and what the gripper is off.
+        Distance of the finished fold from the accurate one, the largest of a point of the strip, with the slide on the
+        table and the gripper's accuracy: its median, and what 95 of 100 folds do not exceed.
     touch_error, layer_slide
         How far beyond its planned place the upper layer first touches, and the largest way of that point of it over the
         lower one until the fold is done.
     drop, energy, speed
-        Of the largest snap: height that a point loses, energy freed, J/m, and largest speed, m/s; 0 without a snap.
+        Of the largest snap: height that a point loses, energy freed, J/m, and largest speed, m/s; 0 without a snap, nan
+        of one whose fall could not be measured.
     margin
-        Least distance of the gripper from where the strip snaps; 0 where it does.
+        Least distance of the gripper from where the strip snaps; 0 where it does, nan of a clamp, which holds it there.
     flatness_ratio
         Height of the lowest waves of the flat strip that its push makes grow, over the flatness; inf without a push.
     hold_friction, table_slide
@@ -131,10 +132,11 @@ class Outcome:
         if self.failure:
             return self.failure
         said = []
-        if self.drop > 0.0:
-            said.append(f"it snaps: {_mm(self.drop)} down, {max(1e3 * self.energy, 0.0):.2g} mJ/m freed")
+        if self.drop != 0.0:
+            size = f": {_mm(self.drop)} down, {max(1e3 * self.energy, 0.0):.2g} mJ/m freed" if self.drop > 0.0 else ""
+            said.append(f"it snaps{size}")
         else:
-            said.append(f"nothing snaps within {_mm(self.margin)} of the path")
+            said.append("nothing snaps" + (f" within {_mm(self.margin)} of the path" if self.margin > 0.0 else ""))
         if self.sufficient_moment is not None:
             said[-1] = f"held by friction: M_0 = {self.sufficient_moment:.2g} N suffices"
         late = self.touch_error[1]
@@ -144,7 +146,7 @@ class Outcome:
             said.append(f"the layers slide {_mm(self.layer_slide)} over each other")
         if self.flatness_ratio < 1.0:
             said.append(f"its push may make wrinkles of {_mm(self.flatness_ratio * asked.flatness)} ruck")
-        if asked.table_friction is None or not self.table_slide == 0.0:
+        if asked.table_friction is None or self.table_slide != 0.0:
             slides = f"it slides {_mm(self.table_slide)} on the table: " if self.table_slide > 0.0 else ""
             said.append(f"{slides}without a pin it takes table friction of {self.hold_friction:.2g}")
         if self.candidate.gripper == "turning":
@@ -155,10 +157,14 @@ class Outcome:
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers by name."""
-        values = asdict(replace(self, verdicts=()))
-        found = values.pop("candidate")
-        del values["verdicts"]
-        return {"path": self.name, "gripper": found["gripper"], "made": found["made"], **values}
+        of = self.candidate
+        values = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in NOT_SHOWN}
+        # JSON knows neither nan nor inf.
+        known = {name: None if isinstance(of, float) and not isfinite(of) else of for name, of in values.items()}
+        bounds = {
+            name: [value if isfinite(value) else None for value in values[name]] for name in ("error", "touch_error")
+        }
+        return {"path": of.name, "gripper": of.gripper, "made": of.made, **known, **bounds}
 
 
 def worst(values: Iterable[float], of: Callable[[Array], Any] = np.max) -> float:
@@ -200,13 +206,13 @@ def outcome_of(
         error = (nan, inf) if slips and not slides else follower.error(verdicts, say)
     except SolveError as problem:
         failure = " ".join(str(problem).split())
-    margin = min(map(follower.margin, verdicts), default=0.0)
+    margin = worst(map(follower.margin, verdicts), np.min)
     if moment is not None and asked.friction_moment is not None:
         margin = follower.delay * (asked.friction_moment - moment)
     events = [event for verdict in verdicts for event in verdict.critical]
 
     def snap(key: str) -> float:
-        return float(np.nanmax([0.0, *(event[key] for event in events)]))
+        return worst(event[key] for event in events) if events else 0.0
 
     touch = [verdict.touch_error for verdict in verdicts]
     found = Outcome(
@@ -287,9 +293,11 @@ class _Follower:
         return self.candidate.path.curve.scaled(1.0 / strip.gravity_length)
 
     def margin(self, verdict: PathAssessment) -> float:
-        """Least distance from where this strip snaps, up to the touch; 0 where it does."""
+        """Least distance from where this strip snaps, up to the touch; 0 where it does, nan of a clamp."""
         if not verdict.stable:
             return 0.0
+        if self.candidate.gripper != "hinge":
+            return nan
         unit, places = verdict.asked.gravity_length, list[tuple[float, float]]()
         below = elastica.touch_limit() * unit - self.candidate.path.places[:, 2].max()
         if below > 0.0:
@@ -325,34 +333,32 @@ class _Follower:
         return float(self._timing.t[-1])
 
     def error(self, verdicts: Sequence[PathAssessment], say: Callable[[str], None]) -> Bound:
-        """The interval of the fold's error: eta_b, friction between the layers and the gripper's place are drawn.
+        """Median and 95 % quantile of the fold's error: eta_b, the gripper's place, and whether friction decides.
 
-        With three verdicts, those of the best path, one of them is followed in time in any case.
+        Of the best path, with three verdicts, the fold that friction leaves is found in time; of others it is bounded.
         """
         asked, eta_b = self.asked, [verdict.asked.eta_b for verdict in verdicts]
         if not all(isfinite(verdict.shape_error) for verdict in verdicts):
             return nan, inf
         deviation = asked.gripper_accuracy / NORMAL_95
         offs = deviation * np.linspace(-FARTHEST, FARTHEST, OFFSETS) if deviation else np.zeros(1)
-        still = np.stack([_errors(verdict.states[-1], verdict.asked, offs) for verdict in verdicts])
         slides = np.array([[abs(verdict.slide)] for verdict in verdicts])
-        moved, late = still.copy(), int(np.argmax([verdict.touch_error for verdict in verdicts]))
-        is_late = verdicts[late].touch_error > ACCURATE * verdicts[late].asked.gravity_length
-        if asked.layer_friction and (is_late or len(verdicts) == len(asked.strips)):
+        still = np.stack([_errors(verdict.states[-1], verdict.asked, offs) for verdict in verdicts]) + slides
+        rubbed, late = still.copy(), int(np.argmax([verdict.touch_error for verdict in verdicts]))
+        strip = verdicts[late].asked
+        is_late = verdicts[late].touch_error > ACCURATE * strip.gravity_length
+        if asked.layer_friction and len(verdicts) == len(asked.strips) and (is_late or verdicts[late].critical):
             say(f"{self.candidate.name} path with friction between the layers")
-            at = late if is_late else len(verdicts) // 2
-            rubbed = _errors(self._rubbed(verdicts[at].asked), verdicts[at].asked, offs)
-            if is_late:
-                moved[late] = rubbed
-            else:
-                moved = np.abs(still + rubbed - still[at])
+            rubbed[late] = _errors(self._rubbed(strip), strip, offs)
+        elif asked.layer_friction and is_late:
+            # A point that stays where it has touched is off by the way that it would have to slide back.
+            rubbed[late] += self.layer_slide(verdicts[late])
         random = np.random.default_rng(0)
         drawn = random.uniform(eta_b[0], eta_b[-1], SAMPLES), random.normal(0.0, deviation, SAMPLES)
-        # Whether it is friction or not that decides is not known.
-        rubs = random.uniform(size=SAMPLES) < 0.5
-        off = np.where(rubs, *(_interpolated(eta_b, offs, of + slides, *drawn) for of in (moved, still)))
-        low, high = np.quantile(off, (0.025, 0.975))
-        return float(low), float(high)
+        holds = random.uniform(size=SAMPLES) < 0.5
+        off = np.where(holds, *(_interpolated(eta_b, offs, of, *drawn) for of in (rubbed, still)))
+        median, most = np.quantile(off, (0.5, 0.95))
+        return float(median), float(most)
 
     def _rubbed(self, strip: Strip) -> StripState:
         """The fold with friction between the layers, in time."""
@@ -390,8 +396,8 @@ def _errors(state: StripState, strip: Strip, offs: Array) -> Array:
 def _interpolated(eta_b: Sequence[float], offs: Array, errors: Array, at: Array, off: Array) -> Array:
     """Errors, shape (strips, offsets), between these."""
     along = np.stack([np.interp(off, offs, row) for row in errors])
-    if len(eta_b) == 1:
-        return along[0]
+    if eta_b[0] == eta_b[-1]:
+        return np.asarray(along[0])
     upper = np.clip(np.searchsorted(eta_b, at), 1, len(eta_b) - 1)
     low, high = np.array(eta_b)[[upper - 1, upper]]
     share = (at - low) / (high - low)

@@ -66,7 +66,7 @@ GRASP = {
     "angle": "rotation of the gripper about y, 0 as it grasped the flat strip, 180 on the folded one",
 }
 LIMITS = ("max_snap", "max_slide", "margin", "tool")
-COLUMNS = ("fold off", "first touch", "layers slide", "snap", "margin", "time")
+COLUMNS = ("fold off (95 %)", "first touch", "layers slide", "snap", "margin", "time")
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:
 
     def key(outcome: Outcome) -> tuple[Any, ...]:
         unusable = bool(outcome.excluded), bool(outcome.failure), outcome.flatness_ratio < 1.0
-        gentle = outcome.drop, outcome.candidate.gripper != "hinge", outcome.layer_slide
+        gentle = np.nan_to_num(outcome.drop, nan=inf), outcome.candidate.gripper != "hinge", outcome.layer_slide
         by = {
             "accurate": (worse(outcome), *gentle),
             "gentle": (*gentle, worse(outcome)),
@@ -178,7 +178,7 @@ def _in_time(asked: PlanInputs, outcome: Outcome, say: Callable[[str], None]) ->
         return "a clamp that turns is not followed in time: leave out the speed"
     moment = 0.0 if outcome.sufficient_moment is None else asked.friction_moment or 0.0
     states = [verdict.states for verdict in outcome.verdicts]
-    return in_time(asked, outcome.path, states, moment, say, snaps=outcome.drop > 0.0)
+    return in_time(asked, outcome.path, states, moment, say, snaps=outcome.drop != 0.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -226,7 +226,7 @@ class FoldingPlan(Result):
 
     @property
     def error(self) -> tuple[float, float]:
-        """Interval in which 95 % of the errors of its fold lie, m."""
+        """Median of the error of its fold, and what 95 % of the folds do not exceed, m."""
         return self.best.error
 
     @property
@@ -271,7 +271,7 @@ class FoldingPlan(Result):
             ("  costs", best.costs(asked)),
             ("eta_b", f"{asked.strips[0].eta_b:.4g} to {asked.strips[-1].eta_b:.4g} m^-4 s^2"),
             *((f"{name:<{first}}", row) for name, row in zip(names, aligned, strict=True)),
-            *((f"  not {of.name}", of.excluded or of.failure) for of in self.outcomes if of.excluded or of.failure),
+            *(("", f"{of.name}: {of.excluded or of.costs(asked)}") for of in self.outcomes[1:]),
             ("margin", metres(self.margin, "least distance of the gripper from where the strip snaps")),
             ("motion", f"{self.waypoints[-1, 0]:.3g} s, {len(self.waypoints)} waypoints"),
             *(self.in_time.rows(asked) if self.in_time else []),
@@ -325,8 +325,6 @@ class FoldingPlan(Result):
             "git_commit": running_commit(),
             "inputs": self.config(),
             "path": self.best.name,
-            "error": self.error,
-            "margin": self.margin,
             "outcomes": [outcome.to_dict() | {"costs": outcome.costs(self.asked)} for outcome in self.outcomes],
             "assessed": [eta | one for eta, one in zip(etas, numbers, strict=True)],
             "in_time": moved and {"motions": [eta | asdict(one) for eta, one in zip(etas, moved.motions, strict=True)]},
@@ -371,12 +369,13 @@ class FoldingPlan(Result):
 
 def _cells(outcome: Outcome) -> tuple[str, ...]:
     """The numbers of an outcome in a row of the table, in the order of :data:`COLUMNS`."""
-    low, high = (1e3 * bound for bound in outcome.error)
-    off = f"{low:.1f} to {high:.1f} mm" if isfinite(high) else "not folded"
+    median, most = (1e3 * bound for bound in outcome.error)
+    off = f"{median:.1f}, at most {most:.1f} mm" if isfinite(most) else "not folded"
     touches_at = f"{1e3 * sum(outcome.touch_error) / 2.0:+.0f} mm" if isfinite(sum(outcome.touch_error)) else "-"
     slide = f"{1e3 * outcome.layer_slide:.0f} mm" if isfinite(outcome.layer_slide) else "-"
-    snap = f"{1e3 * outcome.drop:.1f} mm" if outcome.drop > 0.0 else "none"
-    return off, touches_at, slide, snap, f"{1e3 * outcome.margin:.1f} mm", f"{outcome.duration:.1f} s"
+    snap = f"{1e3 * outcome.drop:.1f} mm" if outcome.drop else "none"
+    margin = f"{1e3 * outcome.margin:.1f} mm" if isfinite(outcome.margin) else "-"
+    return off, touches_at, slide, snap, margin, f"{outcome.duration:.1f} s"
 
 
 def _waypoints(best: Outcome, asked: PlanInputs) -> Array:
