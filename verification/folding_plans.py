@@ -61,8 +61,8 @@ def run(
     """Plan for the first random strips of the sequence that ``seed`` starts; the first ``followed`` by the chain, too.
 
     Dataset over ``case``: the chosen path, "failed" where there is none; ``median`` and 95 % quantile, ``most``, of the
-    error of its fold; the least such quantile of the paper's three paths, ``paper``; the chain's ``error``, nan of those
-    that are not followed; whether the best one snaps; seconds of the plan; messages.
+    error of its fold; the least such quantile of the paper's three paths, ``paper``; the chain's ``error``, nan of
+    those that are not followed; whether the best one snaps; seconds of the plan; messages.
     """
     rows = pooled(partial(numbered, seed=seed, followed=followed), range(cases), threads, progress)
     return table("case", rows, {"seed": seed}, units=UNITS)
