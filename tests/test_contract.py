@@ -32,7 +32,7 @@ def strip(eta_b: float) -> sf.Strip:
 
 def no_path(eta_b: float) -> sf.NoPathError:
     with pytest.raises(sf.NoPathError) as caught:
-        strip(eta_b).plan(margin=0.1)
+        sf.Strip(length=0.26, eta_b=eta_b).plan(margin=0.1)
     return caught.value
 
 
@@ -49,7 +49,7 @@ MADE: dict[str, Callable[[float], Any]] = {
         sf.paths.circular(strip(eta_b)), model="rod", fall=True
     ),
     "stripfold.StabilityMap": lambda eta_b: sf.Strip(length=0.25, eta_b=eta_b).map(),
-    "stripfold.FoldingPlan": lambda eta_b: strip(eta_b).plan(),
+    "stripfold.FoldingPlan": lambda eta_b: sf.Strip(length=0.26, eta_b=eta_b).plan(),
     "stripfold.EtaB": lambda eta_b: sf.eta_b(bending_length=strip(eta_b).gravity_length),
     "stripfold.StripfoldError": lambda eta_b: sf.StripfoldError(f"{eta_b}"),
     "stripfold.InvalidInputError": lambda eta_b: sf.InvalidInputError("eta_b", eta_b, "another one", "give it"),

@@ -118,7 +118,7 @@ class TestOutcomes:
         assert held.best.tool_room > 0.5
         low = held.outcomes[-1]
         assert low.excluded.startswith("the layers slide over each other by")
-        with pytest.raises(NoPathError, match=r"at most 20 mm is asked for.*it snaps, down by") as caught:
+        with pytest.raises(NoPathError, match=r"at most 20 mm is asked for.*it snaps down by") as caught:
             strip.plan(max_slide=0.02, max_snap=0.0)
         assert {one.path for one in caught.value.refused} == set(by_name(held))
 

@@ -44,6 +44,8 @@ FARTHEST, OFFSETS = 4.0, 17
 """Largest place of the gripper for which the fold's error is computed, standard deviations, and number of places."""
 NORMAL_95 = 1.96
 """Standard deviations within which 95 % of a normal distribution lie."""
+ROUNDING = 1e-9
+"""Length by which a limit may be missed, m."""
 NOT_SHOWN = ("candidate", "verdicts")
 Bound = tuple[float, float]
 """Least and largest value, or median and 95 % quantile."""
@@ -240,18 +242,20 @@ def outcome_of(
 def _excluded(asked: PlanInputs, found: Outcome) -> str:
     """The first limit that an outcome does not keep, in words; a number that is not known keeps none."""
     limits = (
-        ("it snaps, down by", found.drop, asked.max_snap, 1.0),
+        ("it snaps down by", found.drop, asked.max_snap, 1.0),
         ("the layers slide over each other by", found.layer_slide, asked.max_slide, 1.0),
-        ("its distance from where the strip snaps is", found.margin, asked.margin, -1.0),
-        ("the longest tool that clears the table is", found.tool_room, asked.tool, -1.0),
+        ("it passes where the strip snaps at", found.margin, asked.margin, -1.0),
+        ("the longest tool that clears the table has", found.tool_room, asked.tool, -1.0),
     )
     for what, value, limit, sign in limits:
-        if limit is not None and not sign * value <= sign * limit:
+        if limit is not None and not sign * value <= sign * limit + ROUNDING:
             return f"{what} {_mm(value)}, {'at most' if sign > 0.0 else 'at least'} {_mm(limit)} is asked for"
     return ""
 
 
 def _mm(value: float) -> str:
+    if isnan(value):
+        return "an unknown length"
     return f"{1e3 * value:.2g} mm" if abs(value) < 0.01 else f"{1e3 * value:.0f} mm"
 
 
