@@ -356,6 +356,10 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
     text = "the plan with the path as one JSON object: printed, or written there"
     parser.add_argument("--json", nargs="?", const=True, metavar="PLAN.json", help=text)
+    text = "write the poses of the robot's tool there: a URScript, a ROS 2 message as YAML, JSON or CSV"
+    parser.add_argument("--export", metavar="POSES", help=f"{text}, as the name ends: .script, .yaml, .json, .csv")
+    text = "middle of the flat strip in the frame of the robot's base, m, and yaw of the direction of folding, degrees"
+    parser.add_argument("--base", metavar="X,Y,Z,YAW", help=f"{text}; --base=-0.4,0,0,90 [0,0,0,0]")
     text = "write a page there: map, path, margin along the path, worst case, reasons"
     parser.add_argument("--report", metavar="PLAN.html", help=text)
     plot_option(parser, "the strip along the path")
@@ -367,13 +371,21 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.ask.inputs import PlanInputs
 
     asked = PlanInputs(**given(arguments, PlanInputs) | _friction(arguments.friction_moment))
+    from stripfold.ask.export import base_of, checked_name
     from stripfold.ask.plan import FoldingPlan
 
+    base, export = base_of(arguments.base or "0,0,0,0"), arguments.export
+    if arguments.base is not None and export is None:
+        raise InvalidInputError("base", arguments.base, "a base together with export")
+    if export is not None:
+        export = writable(checked_name(export), arguments, "export")
     found = FoldingPlan.of(asked, say)
     writers = {"csv": found.to_csv, "json": found.to_json, "report": found.report}
     targets = {name: target for name in writers if isinstance(target := getattr(arguments, name), Path)}
     for name, target in targets.items():
         writers[name](target)
+    if export is not None:
+        found.export(targets.setdefault("export", export), base)
     draw(found, arguments.plot)
     if arguments.json is True:
         return as_json(found.to_dict())

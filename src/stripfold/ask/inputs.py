@@ -357,7 +357,7 @@ class PlanInputs(Strip):
     ] = None
     tool: Annotated[
         Number | None,
-        quantity("limit: length of a tool behind the grasp, which must stay above the table", "m", ge=0.0),
+        quantity("limit: length of a tool behind the grasp, which must stay above the table", "m", ge=0.0, le=10.0),
     ] = None
     friction_moment: FrictionMoment = None
     yield_curvature: Annotated[Number | None, quantity("its kappa_y; by default 0.05 / L*", "1/m", ge=1e-3, le=1e6)] = (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import inf, isfinite, isnan, nan
 from typing import Any
 
@@ -29,8 +29,8 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import StripState, first_landing, nodes
 from stripfold.paths import FoldPath
-from stripfold.paths.curve import GripperPath
-from stripfold.paths.motion import TimedPath, timed
+from stripfold.paths.curve import GripperPath, polygon_length
+from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import SPACING
 
@@ -326,15 +326,10 @@ class _Follower:
         before, after = (_place(state, s) for state in (first, verdict.states[-1]))
         return verdict.asked.gravity_length * abs(after - before)
 
-    @cached_property
-    def _timing(self) -> TimedPath:
-        path = self.candidate.path
-        return timed(*path.curve.sampled(path.spacing), self.asked.gripper_speed, self.asked.acceleration)
-
     @property
     def duration(self) -> float:
         """Of the motion, s."""
-        return float(self._timing.t[-1])
+        return float(times(self.asked, self.candidate.path)[-1])
 
     def error(self, verdicts: Sequence[PathAssessment], say: Callable[[str], None]) -> Bound:
         """Median and 95 % quantile of the fold's error: eta_b, the gripper's place, and whether friction decides.
@@ -407,6 +402,12 @@ def _interpolated(eta_b: Sequence[float], offs: Array, errors: Array, at: Array,
     share = (at - low) / (high - low)
     drawn = np.arange(len(at))
     return np.asarray((1.0 - share) * along[upper - 1, drawn] + share * along[upper, drawn])
+
+
+def times(asked: PlanInputs, path: FoldPath) -> Array:
+    """When the gripper is at the places of a path, s."""
+    _, places = path.curve.sampled(path.spacing)
+    return timed(polygon_length(places), places, asked.gripper_speed, asked.acceleration).t
 
 
 _boundary = lru_cache(maxsize=8)(snap_boundary)

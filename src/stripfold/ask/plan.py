@@ -7,7 +7,7 @@ the way there costs.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite
 from time import perf_counter
@@ -18,7 +18,7 @@ import numpy as np
 from stripfold import elastica, paths
 from stripfold.ask.inputs import PlanInputs
 from stripfold.ask.map import gripper_map
-from stripfold.ask.outcome import Candidate, Outcome, outcome_of
+from stripfold.ask.outcome import Candidate, Outcome, outcome_of, times
 from stripfold.ask.planned_motion import InTime, in_time
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, NoPathError
@@ -31,7 +31,6 @@ from stripfold.follow.track import WAVE, grip_angles, mid_surfaces
 from stripfold.paths import FoldPath
 from stripfold.paths.fold_path import lifted_triangular
 from stripfold.paths.geometric import HIGHEST, LOWEST
-from stripfold.paths.motion import timed
 from stripfold.paths.rpath import LONGEST, shortest_half_fold
 
 if TYPE_CHECKING:
@@ -259,6 +258,20 @@ class FoldingPlan(Result):
         """Write :meth:`to_dict`."""
         store.write_json(self.to_dict(), file)
 
+    def export(self, file: str | os.PathLike[str], base: Sequence[float] = (0.0, 0.0, 0.0, 0.0)) -> None:
+        """Write the poses of the robot's tool, a ``.script``, ``.yaml``, ``.json`` or ``.csv`` (docs/robot.md).
+
+        ``base``: x, y and z, m, of the middle of the flat strip in the frame of the robot's base, and the yaw of the
+        direction of folding, degrees.  The tool centre point lies ``tool`` of the inputs behind the grasp.
+
+        Raises InvalidInputError: another ending, or not such a base.
+        """
+        from stripfold.ask import export
+
+        asked, tool = self.asked, self.asked.tool or 0.0
+        title = f"stripfold {version()}: {self.best.name} path, length {asked.length:g} m, tool {tool:g} m"
+        export.write(export.ToolPath.of(self.waypoints, base, tool, title), file)
+
     def rows(self) -> Rows:
         asked, best = self.asked, self.best
         cells = [COLUMNS, *map(_cells, self.outcomes)]
@@ -385,7 +398,7 @@ def _waypoints(best: Outcome, asked: PlanInputs) -> Array:
     states = best.verdicts[1].states
     angle = np.degrees([0.0, *grip_angles(states)])
     angles = np.interp(travelled / asked.gravity_length, [0.0, *(point.lam for _, point in states)], angle)
-    return np.column_stack([timed(travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])
+    return np.column_stack([times(asked, best.path), places, angles])
 
 
 def distances_along(plan: FoldingPlan) -> Array:
