@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from stripfold.ask.critical import CriticalPoint
     from stripfold.ask.inputs import Release
     from stripfold.ask.map import StabilityMap
+    from stripfold.ask.monitor import Monitor
     from stripfold.ask.plan import FoldingPlan
     from stripfold.ask.strip import Strip
     from stripfold.base.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
@@ -55,6 +56,7 @@ __all__ = [
     "FoldingPlan",
     "InvalidInputError",
     "MeasurementError",
+    "Monitor",
     "NoPathError",
     "PathAssessment",
     "RecordingMeasurement",
@@ -81,6 +83,7 @@ _MODULES = {
     "ask.critical": ("CriticalPoint",),
     "ask.inputs": ("Release",),
     "ask.map": ("StabilityMap",),
+    "ask.monitor": ("Monitor",),
     "ask.strip": ("Strip",),
 }
 _FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k_f in s^-2"}

@@ -1,0 +1,88 @@
+"""Readings of a monitor beside the stability map that it tabulates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stripfold as sf
+from stripfold.base.arrays import Array
+
+STRIP = sf.Strip(length=0.36, eta_b=3780.0)
+UNIT = STRIP.gravity_length
+Places = tuple[Array, Array, sf.StabilityMap]
+
+
+@pytest.fixture(scope="module")
+def monitor() -> sf.Monitor:
+    return sf.Monitor(STRIP)
+
+
+@pytest.fixture(scope="module")
+def places() -> Places:
+    """Random places at which the strip hangs, and the map."""
+    random, found = np.random.default_rng(20261128), STRIP.map()
+    x, z = random.uniform(-0.18, 0.18, 5000), random.uniform(0.0, 0.3, 5000)
+    hangs = found.hangs(x, z)
+    return x[hangs], z[hangs], found
+
+
+def test_margin_is_the_maps(monitor: sf.Monitor, places: Places) -> None:
+    x, z, found = places
+    reading = monitor(x, z)
+    off = np.abs(reading.margin - found.margin(x, z)) / UNIT
+    assert np.quantile(off, 0.998) < 2e-3
+    assert off.max() < 6e-3
+
+
+def test_energy_is_the_maps_where_the_strip_can_fall(monitor: sf.Monitor, places: Places) -> None:
+    """Within 0.3 L* before the boundary: where the sag cannot lie there is no fall."""
+    *_, found = places
+    random = np.random.default_rng(20261129)
+    boundary = found.snap_boundary[random.integers(1, len(found.snap_boundary) - 1, 2000)]
+    x, z = boundary[:, 0] - UNIT * random.uniform(1e-3, 0.3, 2000), boundary[:, 1]
+    reading, barrier = monitor(x, z), found.barrier(x, z)
+    falls = np.isfinite(barrier)
+    assert 200 < falls.sum() < 1800
+    np.testing.assert_allclose(reading.energy[falls], barrier[falls], rtol=1e-3, atol=1e-4 * barrier[falls].max())
+    assert np.isinf(reading.energy[~falls]).mean() > 0.99
+
+
+def test_the_nearest_place_is_on_the_boundary(monitor: sf.Monitor, places: Places) -> None:
+    x, z, found = places
+    reading = monitor(x, z)
+    near = reading.margin < UNIT
+    to = np.column_stack([reading.x, reading.z])[near]
+    apart = np.linalg.norm(to[:, None] - found.snap_boundary, axis=2).min(axis=1)
+    spacing = np.linalg.norm(np.diff(found.snap_boundary, axis=0), axis=1).max()
+    assert np.quantile(apart, 0.99) < spacing
+    away = np.hypot(to[:, 0] - x[near], to[:, 1] - z[near])
+    assert np.median(away / reading.margin[near]) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_behind_the_boundary_and_below_the_touch_limit(monitor: sf.Monitor, places: Places) -> None:
+    *_, found = places
+    x, z = found.snap_boundary[20]
+    behind, before = monitor(x + 0.1 * UNIT, z), monitor(x - 0.01 * UNIT, z)
+    assert behind.margin < 0.0 == behind.energy
+    assert 0.0 < before.margin < 0.011 * UNIT
+    assert 0.0 < before.energy < np.inf
+    low = monitor(0.0, 0.5 * found.touch_limit)
+    assert low.margin > 0.4 * found.touch_limit
+    assert low.energy == np.inf
+
+
+def test_numbers_arrays_and_places_far_outside(monitor: sf.Monitor) -> None:
+    x, z = np.array([[-0.1, 0.0], [0.1, 5.0]]), np.array([[0.01, 0.1], [0.2, -3.0]])
+    many = monitor(x, z)
+    for at in np.ndindex(x.shape):
+        one = monitor(float(x[at]), float(z[at]))
+        assert [float(value[at]) for value in many] == [float(value) for value in one]
+    assert np.isfinite(many.margin).all()
+
+
+def test_what_cannot_be() -> None:
+    with pytest.raises(sf.InvalidInputError, match="length"):
+        sf.Monitor(sf.Strip(length=0.1, eta_b=3780.0))
+    with pytest.raises(sf.InvalidInputError, match="strip"):
+        sf.Monitor(0.5)  # type: ignore[arg-type]
