@@ -114,8 +114,8 @@ def _tables(length: float) -> _Tables:
     margin = np.where(is_behind, -1.0, 1.0) * _distances(places.reshape(-1, 2), wall).reshape(is_behind.shape)
     fine = FINE * np.arange(ceil(top / FINE) + 2)
     inside = np.clip(fine, lowest, top)
-    # Below the touch limit no strip can fall.
-    touch = np.where(fine >= lowest, found.touch.at(inside), np.inf)
+    # Below the touch limit no strip can fall, nor where none can lie.
+    touch = np.nan_to_num(np.where(fine >= lowest, found.touch.at(inside), np.inf), nan=np.inf)
     coefficient = np.interp(inside, found.snap.z, found.coefficient)
     return _Tables(margin, margin.ravel(), found.snap.at(inside), touch, coefficient)
 
