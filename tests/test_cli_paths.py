@@ -89,6 +89,16 @@ def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixt
         assert json.loads(data.attrs["config"])["length"] == 0.45
 
 
+def test_a_check_may_limit_the_error_of_the_fold(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """0.26 mm, for the thickness of the strip."""
+    assert main(["path", "low", *STRIP, "--height", "0.03", "--csv", "low.csv"]) == 0
+    asked = ["assess", "low.csv", *STRIP, "--model", "rod"]
+    assert main([*asked, "--check", "--max-error", "3e-4"]) == 0
+    assert main([*asked, "--check", "--max-error", "2e-4"]) == 1
+    assert main([*asked, "--max-error", "2e-4"]) == 2
+    assert "together with check" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("flatness", "code"), [("1e-4", 0), ("2e-3", 1)])
 def test_a_wrinkle_that_would_grow_fails_the_check(here: Path, capsys, flatness: str, code: int) -> None:
     """Under the push of a low path at 0.3 L* waves of z^4 L* do not hold the strip, 0.26 mm; a ruck grows from 0.35."""

@@ -21,7 +21,7 @@ SPEED, ACCELERATION, TOOL = 0.1, 0.5, 0.1
 
 @pytest.fixture(scope="module")
 def plan() -> sf.FoldingPlan:
-    return sf.Strip(length=0.3, eta_b=3770).plan(tool=TOOL, acceleration=ACCELERATION)
+    return sf.Strip(length=0.26, eta_b=3770).plan(tool=TOOL, acceleration=ACCELERATION)
 
 
 def matrices(quaternions: Array) -> Array:

@@ -447,6 +447,8 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
         "another mesh"
     )
     parser.add_argument("--check", action="store_true", help=text)
+    text = "with --check: largest error of the fold, what it slides on the table included, m"
+    parser.add_argument("--max-error", type=metres, metavar="M", help=text)
 
 
 @command("assessment of a gripper path: critical points, falls, touch, forces", assess_options)
@@ -454,7 +456,9 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     """Follow a path statically to its critical points, let the strip fall there, and go on to its end."""
     from stripfold.ask.inputs import PathInputs
 
-    asked = _asked(arguments, PathInputs)
+    asked, most = _asked(arguments, PathInputs), arguments.max_error
+    if most is not None and not arguments.check:
+        raise InvalidInputError("max_error", most, "a limit together with check")
     from stripfold import paths
     from stripfold.ask.assess import assess
 
@@ -467,7 +471,8 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     if arguments.film is not None:
         found.film(arguments.film, say)
     doubtful = found.may_ruck or not found.slide_known or found.mesh_dependence
-    passed = found.stable and found.folded and not doubtful
+    accurate = most is None or found.shape_error + abs(found.slide) <= most
+    passed = found.stable and found.folded and accurate and not doubtful
     return said, 1 if arguments.check and not passed else 0
 
 
