@@ -142,7 +142,7 @@ def test_a_former_option_is_refused_with_the_present_one(
     assert stopped.value.code == 2
     said = capsys.readouterr().err
     assert advice in said
-    assert said.count("error") == 1
+    assert said.count("error:") == 1
 
 
 def test_both_laws_at_once_are_refused(here: Path) -> None:
