@@ -2,11 +2,14 @@
 
 Each strip has a true eta_b, a true friction between its layers and a gripper that is a little off, drawn from what the
 planner is told.  A chain of point masses that shares no code with it follows the chosen path in time, with stretch, a
-floor that rubs and free lift-off; its fold is compared with the interval that the plan states.  Source: docs/plan.md.
+floor that rubs and free lift-off; its fold is compared with what the plan states.  And what comes of each path of a strip
+that is known, over its length: how far it snaps, and how far its fold is off with friction between the layers.
+Source: docs/plan.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from math import ceil, sqrt
 from time import perf_counter
@@ -15,14 +18,17 @@ from typing import Any
 import numba
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 from stripfold.ask.inputs import PlanInputs, Release, Strip
-from stripfold.ask.outcome import NORMAL_95, Outcome
-from stripfold.ask.plan import choose
+from stripfold.ask.outcome import NORMAL_95, Outcome, outcome_of
+from stripfold.ask.plan import candidates, choose
 from stripfold.base.arrays import Array
+from stripfold.draw.colours import BLUE, GREEN, ORANGE, VERMILLION
+from stripfold.draw.style import figure, styled
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
-from verification.common import Progress, attempted, pooled, table
+from verification.common import Progress, attempted, dataset, grid, pooled, table
 from verification.numbers import Facts, Number
 
 UNITS = {"s": "seconds", "m": "median most error paper"}
@@ -32,6 +38,11 @@ LENGTH, ETA_B, SPEED = (8.5, 30.0), (820.0, 30200.0), (0.05, 0.15)
 UNCERTAINTY, ACCURACY, FRICTION = 0.2, 1e-3, 0.5
 """What the planner is told: of eta_b, relative; of the gripper, m; and the largest friction between the layers."""
 PAPER = ("triangular", "circular", "r-path")
+SHOWN = {"low": BLUE, "triangular": VERMILLION, "circular": ORANGE, "r-path": GREEN}
+"""Paths of the figure."""
+KNOWN = ("drop", "energy", "off")
+ETA, UNIT, THICKNESS = 3770.0, Strip(length=1.0, eta_b=3770.0).gravity_length, 0.05
+"""eta_b, m^-4 s^2, L*, m, and thickness, L*, of the strips in it."""
 SPACING, LEAST = 0.06, 0.04
 """Of the chain's nodes, L*; and the least thickness of which it has the stretch, L*."""
 REST = 50.0
@@ -56,16 +67,35 @@ def case(number: int, seed: int) -> PlanInputs:
 
 
 def run(
-    cases: int = 4, followed: int = 2, seed: int = 1, threads: int = 1, progress: Progress | None = None
+    cases: int = 3,
+    followed: int = 1,
+    lengths: Sequence[float] = (9.0, 12.0, 18.0),
+    seed: int = 1,
+    threads: int = 1,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Plan for the first random strips of the sequence that ``seed`` starts; the first ``followed`` by the chain, too.
 
     Dataset over ``case``: the chosen path, "failed" where there is none; ``median`` and 95 % quantile, ``most``, of the
     error of its fold; the least such quantile of the paper's three paths, ``paper``; the chain's ``error``, nan of
-    those that are not followed; whether the best one snaps; seconds of the plan; messages.
+    those that are not followed; whether the best one snaps; seconds of the plan; messages.  Over ``shown`` and
+    ``length``: :func:`known`.
     """
     rows = pooled(partial(numbered, seed=seed, followed=followed), range(cases), threads, progress)
-    return table("case", rows, {"seed": seed}, units=UNITS)
+    values = grid(known, KNOWN, {"shown": list(SHOWN), "length": lengths}, threads, progress)
+    of = table("case", rows, {"seed": seed}, units=UNITS)
+    return of.merge(dataset(values, {}))
+
+
+def known(path: str, length: float) -> dict[str, float]:
+    """Drop, L*, energy, rho_a g L*^2, and error of the fold with friction, L*, of a strip of 0.05 L* thickness."""
+    strip = Strip(length=length * UNIT, eta_b=ETA, eta_m=ETA * (THICKNESS * UNIT) ** 2 / 12.0)
+    exact = {"eta_b_uncertainty": 0.0, "gripper_accuracy": 0.0, "layer_friction": FRICTION}
+    asked = PlanInputs(**strip.model_dump(), **exact)
+    candidate = next(one for one in candidates(asked) if one.name == path)
+    found = outcome_of(asked, candidate, asked.strips, lambda line: None)
+    energy = found.energy / asked.material.scales["J m-1"]
+    return {"drop": found.drop / UNIT, "energy": energy, "off": found.error[1] / UNIT}
 
 
 def numbered(number: int, seed: int, followed: int) -> dict[str, Any]:
@@ -208,3 +238,20 @@ NUMBERS = {
     ),
 }
 # fmt: on
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw (a) how far strips snap on each path, over their length, and (b) how far their folds are off."""
+    fig = figure(2.8)
+    axes = fig.subplots(1, 2)
+    for path, color in SHOWN.items():
+        of = data.sel(shown=path)
+        for ax, name in zip(axes, ("drop", "off"), strict=True):
+            ax.plot(of["length"], of[name], color=color, marker="o", ms=3, label=path)
+    axes[0].set(ylabel="height of the snap$\\,/\\,L^*$", title="(a)")
+    axes[1].set(ylabel="fold off by$\\,/\\,L^*$", title="(b)", yscale="log")
+    for ax in axes:
+        ax.set_xlabel("length of the strip$\\,/\\,L^*$")
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return fig

@@ -40,7 +40,7 @@ NEAR = 0.1
 
 def run(
     thickness: float = 0.0594,
-    lengths: Sequence[float] = (14.0,),
+    lengths: Sequence[float] = (12.0, 14.0),
     refinement: float = 2.0,
     halvings: int = 4,
     threads: int = 1,

@@ -29,7 +29,7 @@ STUDY_FIGURES = {
     **{
         name: [name]
         for name in (
-            "barrier disturbed_rpath fabrics gripper layer_friction low_paths order peers printed_law "
+            "barrier disturbed_rpath fabrics folding_plans gripper layer_friction low_paths order peers printed_law "
             "recordings_accuracy rucks stability_map"
         ).split()
     },
