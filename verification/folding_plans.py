@@ -2,8 +2,8 @@
 
 Each strip has a true eta_b, a true friction between its layers and a gripper that is a little off, drawn from what the
 planner is told.  A chain of point masses that shares no code with it follows the chosen path in time, with stretch, a
-floor that rubs and free lift-off; its fold is compared with what the plan states.  And what comes of each path of a strip
-that is known, over its length: how far it snaps, and how far its fold is off with friction between the layers.
+floor that rubs and free lift-off; its fold is compared with what the plan states.  And what comes of each path of a
+strip that is known, over its length: how far it snaps, and how far its fold is off with friction between the layers.
 Source: docs/plan.md.
 """
 
