@@ -90,7 +90,7 @@ def run(
 def known(path: str, length: float) -> dict[str, float]:
     """Drop, L*, energy, rho_a g L*^2, and error of the fold with friction, L*, of a strip of 0.05 L* thickness."""
     strip = Strip(length=length * UNIT, eta_b=ETA, eta_m=ETA * (THICKNESS * UNIT) ** 2 / 12.0)
-    exact = {"eta_b_uncertainty": 0.0, "gripper_accuracy": 0.0, "layer_friction": FRICTION}
+    exact: dict[str, Any] = {"eta_b_uncertainty": 0.0, "gripper_accuracy": 0.0, "layer_friction": FRICTION}
     asked = PlanInputs(**strip.model_dump(), **exact)
     candidate = next(one for one in candidates(asked) if one.name == path)
     found = outcome_of(asked, candidate, asked.strips, lambda line: None)
