@@ -115,6 +115,9 @@ class TestOutcomes:
         strip = sf.Strip(length=0.3, eta_b=ETA_B)
         held = strip.plan(max_slide=0.03, tool=0.5)
         assert held.best.layer_slide <= 0.03
+        # The softest of the three strips snaps: what friction makes of its fold was found in time.
+        assert held.best.drop > 0.0
+        assert held.best.error[1] == pytest.approx(by_name(held)["low"].error[1], rel=0.2)
         assert held.best.tool_room > 0.5
         low = held.outcomes[-1]
         assert low.excluded.startswith("the layers slide over each other by")

@@ -344,11 +344,13 @@ class _Follower:
         slides = np.array([[abs(verdict.slide)] for verdict in verdicts])
         still = np.stack([_errors(verdict.states[-1], verdict.asked, offs) for verdict in verdicts]) + slides
         rubbed, late = still.copy(), int(np.argmax([verdict.touch_error for verdict in verdicts]))
-        strip = verdicts[late].asked
-        is_late = verdicts[late].touch_error > ACCURATE * strip.gravity_length
-        if asked.layer_friction and len(verdicts) == len(asked.strips) and (is_late or verdicts[late].critical):
+        is_late = verdicts[late].touch_error > ACCURATE * verdicts[late].asked.gravity_length
+        snapped = [i for i, verdict in enumerate(verdicts) if verdict.critical]
+        if asked.layer_friction and len(verdicts) == len(asked.strips) and (is_late or snapped):
             say(f"{self.candidate.name} path with friction between the layers")
-            rubbed[late] = _errors(self._rubbed(strip), strip, offs)
+            at = late if is_late else snapped[-1]
+            strip = verdicts[at].asked
+            rubbed[at] = _errors(self._rubbed(strip), strip, offs)
         elif asked.layer_friction and is_late:
             # A point that stays where it has touched is off by the way that it would have to slide back.
             rubbed[late] += self.layer_slide(verdicts[late])
