@@ -47,6 +47,8 @@ GIVING = 0.24
 """Factor of the lower limit of a low path by the stretch of what lies, (0.24 (length + 5.8 L*) h^2)^(1/3)."""
 FREE = 5.8
 """Free length at the touch, L*, which gives beside what lies."""
+ALIKE = 0.01
+"""Difference of the errors of two folds that is none, L*: the paper's solid and the thin strip differ by as much."""
 CLAMPED = 12.5
 """Length up to which a clamp that turns holds a strip on its R-path without friction, L* (docs/gripper.md)."""
 HEADER = "t,x,z,angle"
@@ -115,13 +117,15 @@ def _carried(asked: PlanInputs) -> tuple[float | None, str]:
 def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:
     """Sort outcomes: those that keep the limits and were computed first, and the best of them by the user's goal.
 
-    Of the accurate ones those count as equal that differ by less than the gripper is off.
+    Of the accurate ones those count as equal that differ by less than the gripper is off, or than a cloth differs from
+    the model.
     """
     best = min(outcome.error[1] for outcome in outcomes)
+    alike = max(asked.gripper_accuracy, ALIKE * asked.gravity_length)
 
     def worse(outcome: Outcome) -> float:
         over = outcome.error[1] - best if isfinite(outcome.error[1]) else inf
-        return 0.0 if over < asked.gripper_accuracy else over
+        return 0.0 if over < alike else over
 
     def key(outcome: Outcome) -> tuple[Any, ...]:
         unusable = bool(outcome.excluded), bool(outcome.failure), outcome.flatness_ratio < 1.0
