@@ -17,6 +17,7 @@ SECTIONS = {
     "Folding paths of all materials": [
         "touch_error",
         "friction_needed",
+        "folding_plans",
         "gripper",
         "fabrics",
         "textile_law",
