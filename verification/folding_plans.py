@@ -20,11 +20,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.pieces import PATH_LOOKS, Look
 from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.ask.outcome import NORMAL_95, Outcome, outcome_of
 from stripfold.ask.plan import candidates, choose
 from stripfold.base.arrays import Array
-from stripfold.draw.colours import BLUE, GREEN, ORANGE, VERMILLION
+from stripfold.draw.colours import GREEN
 from stripfold.draw.style import figure, styled
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
@@ -38,7 +39,7 @@ LENGTH, ETA_B, SPEED = (8.5, 30.0), (820.0, 30200.0), (0.05, 0.15)
 UNCERTAINTY, ACCURACY, FRICTION = 0.2, 1e-3, 0.5
 """What the planner is told: of eta_b, relative; of the gripper, m; and the largest friction between the layers."""
 PAPER = ("triangular", "circular", "r-path")
-SHOWN = {"low": BLUE, "triangular": VERMILLION, "circular": ORANGE, "r-path": GREEN}
+SHOWN = {"low": ("low path", Look(GREEN, "s")), **PATH_LOOKS}
 """Paths of the figure."""
 KNOWN = ("drop", "energy", "off")
 ETA, UNIT, THICKNESS = 3770.0, Strip(length=1.0, eta_b=3770.0).gravity_length, 0.05
@@ -245,10 +246,10 @@ def draw(data: xr.Dataset) -> Figure:
     """Draw (a) how far strips snap on each path, over their length, and (b) how far their folds are off."""
     fig = figure(2.8)
     axes = fig.subplots(1, 2)
-    for path, color in SHOWN.items():
+    for path, (label, how) in SHOWN.items():
         of = data.sel(shown=path)
         for ax, name in zip(axes, ("drop", "off"), strict=True):
-            ax.plot(of["length"], of[name], color=color, marker="o", ms=3, label=path)
+            ax.plot(of["length"], of[name], color=how.color, marker=how.marker, ms=3, label=label)
     axes[0].set(ylabel="height of the snap$\\,/\\,L^*$", title="(a)")
     axes[1].set(ylabel="fold off by$\\,/\\,L^*$", title="(b)", yscale="log")
     for ax in axes:
