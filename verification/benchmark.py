@@ -34,7 +34,7 @@ UNITS = {
 }
 
 
-def run(repeats: int = 2, length: float = 0.5, scene: str = "workflow/config/collapse.yaml") -> xr.Dataset:
+def run(repeats: int = 1, length: float = 0.5, scene: str = "workflow/config/collapse.yaml") -> xr.Dataset:
     """Seconds of each use, ``repeats`` times after an uncounted run, and its error from a finer mesh or another model.
 
     ``length``: of the strip whose R-path is assessed, m; ``scene``: of the simulated fall.

@@ -39,7 +39,7 @@ NUMBER, REFUSED, UNCERTAIN = "number", "refused", "no reference"
 """Outcomes: judged; the accuracy was refused, or the solve failed with a typed error; no reference is good enough."""
 
 
-def run(cases: int = 3, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+def run(cases: int = 2, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """The first cases of the sequence that ``seed`` starts.
 
     Dataset over ``case``: what was drawn, the outcome, the estimate and the true error, both relative and nan where

@@ -68,9 +68,9 @@ def case(number: int, seed: int) -> PlanInputs:
 
 
 def run(
-    cases: int = 3,
+    cases: int = 2,
     followed: int = 1,
-    lengths: Sequence[float] = (9.0, 12.0, 18.0),
+    lengths: Sequence[float] = (9.0, 16.0),
     seed: int = 1,
     threads: int = 1,
     progress: Progress | None = None,
@@ -254,5 +254,5 @@ def draw(data: xr.Dataset) -> Figure:
     axes[1].set(ylabel="fold off by$\\,/\\,L^*$", title="(b)", yscale="log")
     for ax in axes:
         ax.set_xlabel("length of the strip$\\,/\\,L^*$")
-    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    fig.legend(*axes[0].get_legend_handles_labels(), fontsize=7, loc="outside upper center", ncols=4)
     return fig

@@ -42,7 +42,7 @@ def run(
     thickness: float = 0.0594,
     lengths: Sequence[float] = (12.0, 14.0),
     refinement: float = 2.0,
-    halvings: int = 4,
+    halvings: int = 3,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
