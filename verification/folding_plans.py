@@ -11,11 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from math import ceil, sqrt
+from math import ceil
 from time import perf_counter
 from typing import Any
 
-import numba
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -29,6 +28,7 @@ from stripfold.draw.colours import GREEN
 from stripfold.draw.style import figure, styled
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
+from verification.chain import Chain
 from verification.common import Progress, attempted, dataset, grid, pooled, table
 from verification.numbers import Facts, Number
 
@@ -48,8 +48,6 @@ SPACING, LEAST = 0.06, 0.04
 """Of the chain's nodes, L*; and the least thickness of which it has the stretch, L*."""
 REST = 50.0
 """Duration for which the gripper stands at the end, sqrt(L*/g)."""
-VISCOUS = 2e-4
-"""Viscosity of the chain: it damps waves of one node."""
 
 
 def case(number: int, seed: int) -> PlanInputs:
@@ -125,11 +123,8 @@ def by_chain(asked: PlanInputs, best: Outcome, random: np.random.Generator) -> f
     unit, second = strip.gravity_length, strip.material.scales["s"]
     travelled, places = best.path.curve.sampled(best.path.spacing)
     motion = timed(travelled, places, asked.gripper_speed, asked.acceleration)
-    count = ceil(strip.length_star / SPACING) + 1
-    spacing = strip.length_star / (count - 1)
-    stretching = 12.0 / max(strip.material.relative_thickness, LEAST) ** 2
-    step = 0.4 * min(spacing / sqrt(stretching), spacing**2 / 2.0)
-    t = np.arange(0.0, motion.t[-1] / second, step) * second
+    chain = Chain.of(strip.length_star, max(strip.material.relative_thickness, LEAST), SPACING)
+    t = np.arange(0.0, motion.t[-1] / second, chain.step) * second
     # Between the planned times the speed is linear.
     at = np.array([motion.lam(float(time)) for time in t[::50]])
     s = np.interp(t, t[::50], at)
@@ -137,64 +132,12 @@ def by_chain(asked: PlanInputs, best: Outcome, random: np.random.Generator) -> f
     # A gripper that is off has grasped the strip where it should.
     way[:, 0] += off / unit * np.minimum(s / unit, 1.0)
     way[:, 1] = np.maximum(way[:, 1], 0.0)
-    still = np.tile(way[-1], (ceil(REST / step), 1))
-    arc = np.linspace(0.0, strip.length_star, count)
-    state = np.stack([arc - 0.5 * strip.length_star, np.zeros(count), np.zeros(count), np.zeros(count)])
-    drag = Release().air * second
+    still = np.tile(way[-1], (ceil(REST / chain.step), 1))
+    state, drag = chain.flat(), Release().air * second
     for part in (way, still):
-        _march(*state, part, step, spacing, stretching, drag, mu)  # type: ignore[call-arg]
-    folded: Array = half_fold(strip.length_star).folded.at(arc)
+        chain.follow(state, part, drag, mu=mu, section=True)
+    folded: Array = half_fold(strip.length_star).folded.at(chain.arc)
     return unit * float(np.linalg.norm(state[:2].T - folded, axis=1).max())
-
-
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _march(x, z, u, w, path, step, spacing, stretching, drag, mu):  # type: ignore[no-untyped-def]
-    """March along the gripper's path, one place for each step; the state is changed.
-
-    A bent plane section of St Venant-Kirchhoff material is without force where it is shorter by (h kappa)^2 / 8; its
-    moment is then kappa (1 - 0.3 (h kappa)^2).  ``stretching`` is 12 / h^2.
-    """
-    n = len(x)
-    fx, fz, turn = np.zeros(n), np.zeros(n), np.zeros(n)
-    for k in range(len(path)):
-        u[0], w[0] = (path[k, 0] - x[0]) / step, (path[k, 1] - z[0]) / step
-        x[0], z[0] = path[k, 0], path[k, 1]
-        fx[:], fz[:] = 0.0, 0.0
-        for i in range(n - 1):
-            dx, dz = x[i + 1] - x[i], z[i + 1] - z[i]
-            size = np.sqrt(dx * dx + dz * dz)
-            rate = (dx * (u[i + 1] - u[i]) + dz * (w[i + 1] - w[i])) / size
-            bent = 0.5 * (turn[i] ** 2 + turn[i + 1] ** 2) / spacing**2 * 1.5 / stretching
-            pull = stretching * (size - spacing * (1.0 - bent) + VISCOUS * rate) / (spacing * size)
-            fx[i] += pull * dx
-            fz[i] += pull * dz
-            fx[i + 1] -= pull * dx
-            fz[i + 1] -= pull * dz
-        for i in range(1, n - 1):
-            ax, az, bx, bz = x[i] - x[i - 1], z[i] - z[i - 1], x[i + 1] - x[i], z[i + 1] - z[i]
-            a, b = ax * ax + az * az, bx * bx + bz * bz
-            # Rates of the two segments' angles by the places of their farther ends.
-            px, pz, qx, qz = -az / a, ax / a, -bz / b, bx / b
-            spin = qx * (u[i + 1] - u[i]) + qz * (w[i + 1] - w[i]) - px * (u[i] - u[i - 1]) - pz * (w[i] - w[i - 1])
-            turn[i] = np.arctan2(ax * bz - az * bx, ax * bx + az * bz)
-            soft = 1.0 - 3.6 / stretching * (turn[i] / spacing) ** 2
-            moment = (soft * turn[i] + VISCOUS * spin) / spacing
-            fx[i + 1] -= moment * qx
-            fz[i + 1] -= moment * qz
-            fx[i] += moment * (qx + px)
-            fz[i] += moment * (qz + pz)
-            fx[i - 1] -= moment * px
-            fz[i - 1] -= moment * pz
-        for i in range(1, n - 1):
-            u[i] += step * (fx[i] / spacing - drag * u[i])
-            w[i] += step * (fz[i] / spacing - 1.0 - drag * w[i])
-            if z[i] <= 0.0 and w[i] < 0.0:
-                # What stops it is the floor, whose friction stops it along x if it can.
-                slower = -mu * w[i]
-                u[i] = np.sign(u[i]) * max(abs(u[i]) - slower, 0.0)
-                w[i] = 0.0
-            x[i] += step * u[i]
-            z[i] = max(z[i] + step * w[i], 0.0)
 
 
 def facts(d: xr.Dataset) -> Facts:

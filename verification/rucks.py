@@ -15,7 +15,6 @@ from functools import cache, partial
 from math import ceil, pi, sqrt
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -41,6 +40,7 @@ from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX
 from verification import folding_plans
+from verification.chain import Chain
 from verification.common import Progress, attempted, dataset, pooled
 from verification.numbers import Facts, Number
 
@@ -196,64 +196,15 @@ def by_rod(of: Case) -> float:
 
 def by_chain(of: Case, spacing: float = 0.05) -> float:
     """The same by a chain of point masses in steps of its own."""
-    count = ceil(of.length / spacing) + 1
-    s, spacing = np.linspace(0.0, of.length, count), of.length / (count - 1)
-    stretching = 12.0 / of.thickness**2
-    step = 0.4 * min(spacing / sqrt(stretching), spacing**2 / 2.0)
-    table = of.ridge.at(s)
-    state = np.stack([s - 0.5 * of.length, table, np.zeros(count), np.zeros(count)])
-    still = np.tile([state[0, 0], 0.0], (ceil(5.0 / step), 1))
+    chain = Chain.of(of.length, of.thickness, spacing)
+    table = of.ridge.at(chain.arc)
+    state = chain.flat(table)
+    still = np.tile([state[0, 0], 0.0], (ceil(5.0 / chain.step), 1))
     slope = of.path.rate(0.0)
-    way = still[0] + np.arange(0.0, UP, SPEED * step)[:, None] * slope
-    _march(*state, table, still, step, spacing, stretching, 2.0)  # type: ignore[call-arg]
-    top = _march(*state, table, way, step, spacing, stretching, DAMPING.air)  # type: ignore[call-arg]
-    return float(top[s >= PLACE[0] - 0.5].max())
-
-
-VISCOUS = 2e-4
-"""Viscosity of the chain: it damps waves of one node."""
-
-
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _march(x, z, u, w, table, path, step, spacing, stretching, drag):  # type: ignore[no-untyped-def]
-    """March along the gripper's path, one place for each step; return each node's largest height over the table."""
-    n = len(x)
-    top, fx, fz = np.zeros(n), np.zeros(n), np.zeros(n)
-    for k in range(len(path)):
-        u[0], w[0] = (path[k, 0] - x[0]) / step, (path[k, 1] - z[0]) / step
-        x[0], z[0] = path[k, 0], path[k, 1]
-        fx[:], fz[:] = 0.0, 0.0
-        for i in range(n - 1):
-            dx, dz = x[i + 1] - x[i], z[i + 1] - z[i]
-            size = np.sqrt(dx * dx + dz * dz)
-            rate = (dx * (u[i + 1] - u[i]) + dz * (w[i + 1] - w[i])) / size
-            pull = stretching * (size - spacing + VISCOUS * rate) / (spacing * size)
-            fx[i] += pull * dx
-            fz[i] += pull * dz
-            fx[i + 1] -= pull * dx
-            fz[i + 1] -= pull * dz
-        for i in range(1, n - 1):
-            ax, az, bx, bz = x[i] - x[i - 1], z[i] - z[i - 1], x[i + 1] - x[i], z[i + 1] - z[i]
-            a, b = ax * ax + az * az, bx * bx + bz * bz
-            # Rates of the two segments' angles by the places of their farther ends.
-            px, pz, qx, qz = -az / a, ax / a, -bz / b, bx / b
-            spin = qx * (u[i + 1] - u[i]) + qz * (w[i + 1] - w[i]) - px * (u[i] - u[i - 1]) - pz * (w[i] - w[i - 1])
-            moment = (np.arctan2(ax * bz - az * bx, ax * bx + az * bz) + VISCOUS * spin) / spacing
-            fx[i + 1] -= moment * qx
-            fz[i + 1] -= moment * qz
-            fx[i] += moment * (qx + px)
-            fz[i] += moment * (qz + pz)
-            fx[i - 1] -= moment * px
-            fz[i - 1] -= moment * pz
-        for i in range(1, n - 1):
-            u[i] += step * (fx[i] / spacing - drag * u[i])
-            w[i] += step * (fz[i] / spacing - 1.0 - drag * w[i])
-            x[i] += step * u[i]
-            z[i] += step * w[i]
-            if z[i] < table[i]:
-                z[i], w[i] = table[i], max(w[i], 0.0)
-            top[i] = max(top[i], z[i] - table[i])
-    return top
+    way = still[0] + np.arange(0.0, UP, SPEED * chain.step)[:, None] * slope
+    chain.follow(state, still, 2.0, table)
+    top = chain.follow(state, way, DAMPING.air, table)
+    return float(top[chain.arc >= PLACE[0] - 0.5].max())
 
 
 def run(
