@@ -15,6 +15,7 @@ from stripfold.base.arguments import file_name
 from stripfold.base.arrays import Array, Mask
 from stripfold.base.errors import InvalidInputError
 from stripfold.files import store
+from stripfold.paths.curve import turns
 from stripfold.paths.table import CORNER
 
 if TYPE_CHECKING:
@@ -59,11 +60,8 @@ class ToolPath:
         rotations = yaw * Rotation.from_euler("y", angle[:, None] + 90.0, degrees=True)
         grasp = middle + yaw.apply(np.column_stack([x, np.zeros_like(x), z]))
         fingers = rotations.apply([0.0, 0.0, 1.0])
-        turn = np.zeros(len(t))
-        way = np.diff(np.column_stack([x, z]), axis=0) @ [1.0, 1.0j]
-        turn[1:-1] = np.abs(np.angle(way[1:] / way[:-1]))
-        turn[[0, -1]] = np.pi
-        return cls(t, grasp - tool * fingers, rotations, turn > CORNER, title)
+        corners = np.pad(turns(waypoints[:, 1:3]) > CORNER, 1, constant_values=True)
+        return cls(t, grasp - tool * fingers, rotations, corners, title)
 
     def rows(self) -> Array:
         """Time, place and quaternion, shape (n, 8), in the order of :data:`COLUMNS`."""

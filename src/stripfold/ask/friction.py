@@ -35,11 +35,6 @@ PlannedStrip = tuple[Material, float, GripperPath]
 """A strip, its length, m, and the path in its L*."""
 SPARE = 1.25
 """Friction that is there over what is needed, at least: M_0 is seldom known to better than a tenth."""
-EXACT = 0.02
-"""M_0 with which strips of up to 20 L* follow R-paths planned for their own eta_b, rho_a g L*^2."""
-UNCERTAIN = 2.2e-3
-"""M_0 over (length / L*)^1.5 and the root of the relative uncertainty of eta_b, rho_a g L*^2: searches for strips of 14
-to 40 L* and 5 to 20 % found 0.8 to 1.4 times as much."""
 SHORT = 13.0
 """Length, L*, of strips of which the softest needs most, as it is pushed too far; of longer ones it is the stiffest,
 whose sag comes down too late."""
@@ -86,11 +81,6 @@ def lost_with(
         if not holds(strip, moment, yield_curvature):
             return strip
     return None
-
-
-def estimate(length: float, uncertainty: float) -> float:
-    """Estimate M_0, rho_a g L*^2, with which a strip, L*, follows an R-path for a relative ``uncertainty`` of eta_b."""
-    return max(EXACT, UNCERTAIN * length**1.5 * sqrt(uncertainty))
 
 
 def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> bool:

@@ -77,7 +77,7 @@ class Monitor:
         i, j = np.asarray(column, dtype=int), np.asarray(row, dtype=int)
         a, b = column - i, row - j
         first = j * columns + i
-        m00, m01, m10, m11 = (tables.flat[first + step] for step in (0, 1, columns, columns + 1))
+        m00, m01, m10, m11 = (tables.margin.take(first + step) for step in (0, 1, columns, columns + 1))
         low, high = m00 + a * (m01 - m00), m10 + a * (m11 - m10)
         margin, rise = low + b * (high - low), (high - low) / SPACING
         run = ((1.0 - b) * (m01 - m00) + b * (m11 - m10)) / SPACING
@@ -91,11 +91,10 @@ class Monitor:
 
 
 class _Tables(NamedTuple):
-    """Signed distances, shape (z, x), also flat, and over heights :data:`FINE` apart the limits of the bistable range
+    """Signed distances, shape (z, x), and over heights :data:`FINE` apart the limits of the bistable range
     and its energies' factor, L*; below the touch limit no place is in it."""
 
     margin: Array
-    flat: Array
     snap: Array
     touch: Array
     coefficient: Array
@@ -117,7 +116,7 @@ def _tables(length: float) -> _Tables:
     # Below the touch limit no strip can fall, nor where none can lie.
     touch = np.nan_to_num(np.where(fine >= lowest, found.touch.at(inside), np.inf), nan=np.inf)
     coefficient = np.interp(inside, found.snap.z, found.coefficient)
-    return _Tables(margin, margin.ravel(), found.snap.at(inside), touch, coefficient)
+    return _Tables(margin, found.snap.at(inside), touch, coefficient)
 
 
 def _distances(places: Array, line: Array) -> Array:

@@ -16,23 +16,19 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.ask.assess import PathAssessment, assess
-from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.friction import REFINEMENT, SPARE, lost_with
-from stripfold.ask.inputs import PathInputs, PlanInputs, Release, Strip
-from stripfold.ask.planned_motion import ACCURATE, TIME_OPTIONS
+from stripfold.ask.inputs import PathInputs, PlanInputs, Strip
+from stripfold.ask.planned_motion import ACCURATE, at_speed
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.validation import Gripper
 from stripfold.elastica.boundary import snap_boundary
 from stripfold.follow.contact import columns_on_floor, touches
-from stripfold.follow.statics import StripModel
-from stripfold.follow.time import follow_in_time
 from stripfold.follow.track import StripState, first_landing, nodes
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath, polygon_length
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
-from stripfold.paths.table import SPACING
 
 STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
@@ -350,7 +346,9 @@ class _Follower:
             say(f"{self.candidate.name} path with friction between the layers")
             at = late if is_late else snapped[-1]
             strip = verdicts[at].asked
-            rubbed[at] = _errors(self._rubbed(strip), strip, offs)
+            rubbed[at] = _errors(
+                at_speed(asked, strip, self._scaled(strip), asked.layer_friction).states[-1], strip, offs
+            )
         elif asked.layer_friction and is_late:
             # A point that stays where it has touched is off by the way that it would have to slide back.
             rubbed[late] += self.layer_slide(verdicts[late])
@@ -360,20 +358,6 @@ class _Follower:
         off = np.where(holds, *(_interpolated(eta_b, offs, of, *drawn) for of in (rubbed, still)))
         median, most = np.quantile(off, (0.5, 0.95))
         return float(median), float(most)
-
-    def _rubbed(self, strip: Strip) -> StripState:
-        """The fold with friction between the layers, in time."""
-        asked, material = self.asked, strip.material
-        path = self._scaled(strip)
-        speed, acceleration = asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
-        return follow_in_time(
-            StripModel(strip.length_star, material.relative_thickness, kind="rod"),
-            path,
-            asked.layer_friction,
-            damping=in_solver_units(Release(), material).damping,
-            speed=timed(*path.sampled(SPACING), speed, acceleration),
-            options=TIME_OPTIONS,
-        ).states[-1]
 
 
 def _errors(state: StripState, strip: Strip, offs: Array) -> Array:

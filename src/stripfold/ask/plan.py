@@ -283,13 +283,16 @@ class FoldingPlan(Result):
         aligned = ["  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)) for row in cells]
         names = ["", *(outcome.name for outcome in self.outcomes)]
         first = max(map(len, names))
+        kept = "least distance of the gripper from where the strip snaps"
+        if best.sufficient_moment is not None:
+            kept = "by which the friction to spare delays the snap"
         return [
             ("path", f"{best.name}: {best.candidate.made}"),
             ("  costs", best.costs(asked)),
             ("eta_b", f"{asked.strips[0].eta_b:.4g} to {asked.strips[-1].eta_b:.4g} m^-4 s^2"),
             *((f"{name:<{first}}", row) for name, row in zip(names, aligned, strict=True)),
             *(("", f"{of.name}: {of.excluded or of.costs(asked)}") for of in self.outcomes[1:]),
-            ("margin", metres(self.margin, "least distance of the gripper from where the strip snaps")),
+            ("margin", metres(self.margin, kept)),
             ("motion", f"{self.waypoints[-1, 0]:.3g} s, {len(self.waypoints)} waypoints"),
             *(self.in_time.rows(asked) if self.in_time else []),
             ("time", f"{self.seconds:.2f} s"),

@@ -19,7 +19,7 @@ from stripfold.files.reporting import Rows
 from stripfold.follow import time
 from stripfold.follow.statics import StripModel
 from stripfold.follow.time import Ridge, follow_in_time
-from stripfold.follow.track import StripState, nodes, shape_error
+from stripfold.follow.track import StripState, Track, nodes, shape_error
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import timed
@@ -91,7 +91,7 @@ def in_time(
     """
     found: list[PlannedMotion] = []
     for strip, states in zip(asked.strips, static, strict=True):
-        unit, at_speed = strip.gravity_length, f"at {asked.gripper_speed:g} m/s with eta_b = {strip.eta_b:.4g} the rod"
+        unit, subject = strip.gravity_length, f"at {asked.gripper_speed:g} m/s with eta_b = {strip.eta_b:.4g} the rod"
 
         def said(line: str, eta_b: float = strip.eta_b) -> None:
             say(f"{line}, with eta_b = {eta_b:.4g}")
@@ -99,13 +99,13 @@ def in_time(
         try:
             moved = _moved(asked, strip, path.curve.scaled(1.0 / unit), states, moment, said, ridge)
         except SolveError as error:
-            return f"{at_speed} cannot be followed: {error}"
+            return f"{subject} cannot be followed: {error}"
         # A strip that has left its static state, as in a snap, is farther from it than its fold is high.
         if not snaps and moved.deviation > folded_loop().height * unit:
             place = f"x = {moved.x:.4g} m, z = {moved.z:.4g} m"
-            return f"{at_speed} is {1e3 * moved.deviation:.0f} mm off its static state at {place}: move slower"
+            return f"{subject} is {1e3 * moved.deviation:.0f} mm off its static state at {place}: move slower"
         if not moved.shape_error <= ACCURATE * unit:
-            return f"{at_speed} comes to rest {1e3 * moved.shape_error:.1f} mm off its fold: move slower"
+            return f"{subject} comes to rest {1e3 * moved.shape_error:.1f} mm off its fold: move slower"
         found.append(moved)
     return InTime(tuple(found))
 
@@ -121,20 +121,7 @@ def _moved(
 ) -> PlannedMotion:
     """Follow a path, L*, with one eta_b; errors are those of :func:`.follow_in_time`."""
     material, unit = strip.material, strip.gravity_length
-    found = follow_in_time(
-        StripModel(strip.length_star, material.relative_thickness, kind="rod"),
-        path,
-        0.0,
-        moment / material.scales["N"],
-        damping=in_solver_units(Release(), material).damping,
-        yield_curvature=YIELD_CURVATURE if asked.yield_curvature is None else asked.yield_curvature * unit,
-        speed=timed(
-            *path.sampled(SPACING), asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
-        ),
-        ridge=None if ridge is None else Ridge(*(of / unit for of in ridge)),
-        options=TIME_OPTIONS,
-        progress=progress,
-    )
+    found = at_speed(asked, strip, path, 0.0, moment, progress, ridge)
     # Up to the end of the path, where the strip goes on to rest.
     travelled = np.array([state.lam for _, state in found.states])
     count = int(np.argmax(travelled >= path.length)) + 1
@@ -145,6 +132,36 @@ def _moved(
     error = shape_error(*found.states[-1], half_fold(strip.length_star))
     return PlannedMotion(
         unit * float(away[farthest]), float(x), float(z), material.scales["J m-1"] * kinetic, unit * error
+    )
+
+
+def at_speed(
+    asked: PlanInputs,
+    strip: Strip,
+    path: GripperPath,
+    mu: float,
+    moment: float = 0.0,
+    progress: Callable[[str], None] | None = None,
+    ridge: Ridge | None = None,
+) -> Track:
+    """Follow a path, L*, by the rod in time, at the robot's speed; errors are those of :func:`.follow_in_time`.
+
+    ``mu``: coefficient of friction between the layers and on the floor; the rest as for :func:`in_time`.
+    """
+    material, unit = strip.material, strip.gravity_length
+    return follow_in_time(
+        StripModel(strip.length_star, material.relative_thickness, kind="rod"),
+        path,
+        mu,
+        moment / material.scales["N"],
+        damping=in_solver_units(Release(), material).damping,
+        yield_curvature=YIELD_CURVATURE if asked.yield_curvature is None else asked.yield_curvature * unit,
+        speed=timed(
+            *path.sampled(SPACING), asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
+        ),
+        ridge=None if ridge is None else Ridge(*(of / unit for of in ridge)),
+        options=TIME_OPTIONS,
+        progress=progress,
     )
 
 

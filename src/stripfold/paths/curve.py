@@ -129,6 +129,12 @@ def polygon_length(points: Array, start: float = 0.0) -> Array:
     return start + np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
+def turns(points: Array) -> Array:
+    """Change of direction at the inner points of a polygon, shape (n, 2), rad; shape (n - 2,)."""
+    direction = np.diff(points, axis=0) @ [1.0, 1j]
+    return np.abs(np.angle(direction[1:] / direction[:-1]))
+
+
 @dataclass(frozen=True, eq=False)
 class GripperPath(ByValue):
     """A sequence of pieces; the direction may change abruptly between two of them.

@@ -8,6 +8,7 @@ from math import sqrt
 import numpy as np
 
 from stripfold.base.arrays import Array
+from stripfold.paths.curve import turns
 from stripfold.paths.table import CORNER
 
 
@@ -58,8 +59,7 @@ def timed(travelled: Array, places: Array, speed: float, acceleration: float) ->
     (4.0, 0.5)
     """
     steps = np.diff(travelled)
-    direction = np.diff(places, axis=0) @ [1.0, 1j]
-    turn = np.abs(np.angle(direction[1:] / direction[:-1]))
+    turn = turns(places)
     bend = np.zeros(len(places))
     bend[1:-1] = turn / (0.5 * (steps[1:] + steps[:-1]))
     # Squares of the speed: linear along a path of constant acceleration.

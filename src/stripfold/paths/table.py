@@ -17,7 +17,7 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import UNITS
 from stripfold.base.validation import Input, Number, Text
 from stripfold.files.tables import Table, read_table
-from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
+from stripfold.paths.curve import GripperPath, pieces_through, polygon_length, turns
 
 HEADER, ANGLE = "t,x,z", "angle"
 CORNER = float(np.deg2rad(10.0))
@@ -123,9 +123,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
         raise InvalidInputError("path", str(path), "at least two different places")
     shown, positions = shown[moved], positions[moved]
     turned = [] if angles is None else [angles[keep][moved]]
-    direction = np.diff(positions, axis=0) @ [1.0, 1j]
-    turn = np.abs(np.angle(direction[1:] / direction[:-1]))
-    ends = [0, *(np.flatnonzero(turn > CORNER) + 1), len(positions) - 1]
+    ends = [0, *(np.flatnonzero(turns(positions) > CORNER) + 1), len(positions) - 1]
     parts = (
         (f"rows {i + 1} to {j + 1}", positions[i : j + 1], *(of[i : j + 1] for of in turned)) for i, j in pairwise(ends)
     )
