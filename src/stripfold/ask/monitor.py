@@ -16,7 +16,7 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.elastica.boundary import LENGTHS
 
 SPACING, FINE = 0.04, 0.002
-"""Of the places whose distance is stored, and of the heights on the boundary, L*."""
+"""Of the places whose distance is stored, and of the heights whose limits are, L*."""
 
 
 class Reading(NamedTuple):
@@ -105,30 +105,11 @@ def _tables(length: float) -> _Tables:
     found = gripper_map(length)
     lowest, top = found.snap.z[0], found.snap.z[-1]
     widest, highest = found.snap.advance.max() + 1.0, found.lifted[:, 1].max()
-    heights = np.linspace(lowest, top, ceil((top - lowest) / FINE) + 1)
-    wall = np.column_stack([found.snap.at(heights), heights])
     z, advance = (SPACING * np.arange(ceil(most / SPACING) + 2) for most in (highest, widest))
-    places = np.stack(np.meshgrid(advance, z), axis=-1)
-    is_behind = (z[:, None] >= lowest) & (advance >= found.snap.at(np.clip(z, lowest, top))[:, None])
-    margin = np.where(is_behind, -1.0, 1.0) * _distances(places.reshape(-1, 2), wall).reshape(is_behind.shape)
+    margin = found.snap.distance(*np.meshgrid(advance, z))
     fine = FINE * np.arange(ceil(top / FINE) + 2)
     inside = np.clip(fine, lowest, top)
     # Below the touch limit no strip can fall, nor where none can lie.
     touch = np.nan_to_num(np.where(fine >= lowest, found.touch.at(inside), np.inf), nan=np.inf)
     coefficient = np.interp(inside, found.snap.z, found.coefficient)
     return _Tables(margin, found.snap.at(inside), touch, coefficient)
-
-
-def _distances(places: Array, line: Array) -> Array:
-    """Distances of places, shape (n, 2), from a polygon, shape (m, 2)."""
-    from scipy.spatial import cKDTree
-
-    _, nearest = cKDTree(line).query(places)
-    found = np.full(len(places), np.inf)
-    for other in (-1, 1):
-        corner, end = line[nearest], line[np.clip(nearest + other, 0, len(line) - 1)]
-        side = end - corner
-        length = np.maximum((side**2).sum(axis=1), 1e-300)
-        share = np.clip(((places - corner) * side).sum(axis=1) / length, 0.0, 1.0)
-        found = np.minimum(found, np.linalg.norm(places - corner - share[:, None] * side, axis=1))
-    return found

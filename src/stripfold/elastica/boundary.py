@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,13 +42,15 @@ from stripfold.elastica.textile import folded_loop
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
+    from scipy.spatial import cKDTree
 
 STEP = 0.03
 """Largest step along a boundary, in arc length: the cubics between its points are then within 1e-7 L* of it."""
 TAUT = 200.0
 """Horizontal force, rho_a g L*, from which a strip counts as a string without stiffness: within 1e-5 L*."""
-SAMPLES = 500
-"""Places on a boundary among which the nearest one is looked for; Newton's method makes it exact."""
+FINE = 0.002
+"""Difference of height of the places on a boundary among which the nearest one is looked for, L*; Newton's method makes
+it exact.  Of two that are about as near coarser ones choose the wrong one."""
 NEWTON_STEPS = 4
 """Steps of that Newton's method: the samples are so dense that it converges in two."""
 LENGTHS = 7.0, 100.0
@@ -94,12 +97,21 @@ class Boundary:
         """Its derivative over the height, greater than 0; nan outside."""
         return np.asarray(self._curve(z**0.25, 1) / (4.0 * z**0.75))
 
+    @cached_property
+    def _samples(self) -> tuple[Array, cKDTree]:
+        """Heights on it :data:`FINE` apart, and a tree of its places there."""
+        from scipy.spatial import cKDTree
+
+        samples = np.linspace(self.z[0], self.z[-1], ceil((self.z[-1] - self.z[0]) / FINE) + 1)
+        return samples, cKDTree(np.column_stack([self.at(samples), samples]))
+
     def distance(self, advance: Array, z: Array) -> Array:
         """Distance of places, two arrays of one shape, from it; negative behind it, at a larger advance."""
-        samples = np.linspace(self.z[0], self.z[-1], SAMPLES)
         place, height = np.ravel(advance), np.ravel(z)
-        away = np.hypot(place[:, None] - self.at(samples), height[:, None] - samples)
-        nearest = samples[np.argmin(away, axis=1)]
+        samples, tree = self._samples
+        # The tree takes finite numbers; of others the distance is none.
+        places = np.nan_to_num(np.column_stack([place, height]), posinf=0.0, neginf=0.0)
+        nearest = samples[tree.query(places)[1]]
         for _ in range(NEWTON_STEPS):
             on, slope = self.at(nearest), self.slope_at(nearest)
             nearest = nearest - ((on - place) * slope + nearest - height) / (1.0 + slope**2)
