@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import re
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -349,3 +350,32 @@ def test_no_number_where_there_is_none():
     numbers = eta_motion.numbers(other)
     assert numbers.pop("misfit") > 0.03 * UNIT
     assert all(np.isnan(value) for value in numbers.values())
+
+
+@pytest.mark.parametrize("off", [-0.015, 0.01, 0.015])
+def test_a_wrong_flat_end_is_refused_with_what_the_shapes_say(off: float):
+    """0.01 is more than three deviations of a flat end given to 2 mm and of what the shapes say."""
+    with pytest.raises(eta_motion.ContradictionError, match=r"gripper\.flat_end = ") as refused:
+        measured(seen(0.5 * WIDTH), off, (1e-3, 1e-3))
+    assert f"{FLAT_END + off:g} m, by the strip's shapes it is" in str(refused.value)
+    said = float(re.search(r"it is (-?[\d.]+) m", str(refused.value))[1])  # type: ignore[index]
+    assert said == pytest.approx(FLAT_END, abs=0.003)
+    assert "flat_end_uncertainty" in str(refused.value)
+
+
+def test_a_wrong_offset_is_refused_where_there_is_no_log():
+    """A marker's offset that is wrong moves the gripped end, not the strip."""
+    tracks = seen(0.5 * WIDTH)
+    for off in (-0.005, 0.005):
+        moved = SimpleNamespace(**{**vars(tracks), "gripped_end": tracks.gripped_end + [off, 0.0]})
+        asked, event = described(), elastica.critical(3.4).advance * UNIT + off
+        with pytest.raises(eta_motion.ContradictionError, match=r"marker\.offset = .*by the strip's shapes it is"):
+            eta_motion.measure(asked, mapping(), moved, event, event, True, (1e-3, 1e-3, 1e-4))
+
+
+def test_pulls_of_right_numbers_are_small():
+    found = measured(seen(0.5 * WIDTH), 0.0, (1e-3, 1e-3))
+    assert isinstance(found, MotionEtaB)
+    assert [pull.name for pull in found.pulls] == ["flat_end", "offset"]
+    assert all(abs(pull.deviations) < 1.0 for pull in found.pulls)
+    assert abs(eta_motion.numbers(found)["flat_end_off"]) < 2e-3

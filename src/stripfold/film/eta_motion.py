@@ -8,11 +8,13 @@ of ln L* in the first frames, and by 10 L* near the snap.  Beside L* are fitted
   width; where the camera is follows from the calibration;
 * the friction moment M_0, if it is not described, to first order (:mod:`.elastica.with_friction`);
 * errors of the gripper's place, as far as their standard deviation allows.
+
+The same shapes tell what is wrong with a given flat end or offset: see :class:`Pull`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from math import isfinite, nan
 
@@ -27,9 +29,9 @@ from stripfold.base.material import GRAVITY, Material
 from stripfold.elastica import with_friction
 from stripfold.film import snap
 from stripfold.film.camera import Mapping
-from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, USUAL_MISFIT
+from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, PULL_SD, USUAL_MISFIT
 from stripfold.film.fold import correlation_length
-from stripfold.film.recording import Entries, Recording, StripEntry
+from stripfold.film.recording import NAME, Entries, GripperEntry, Recording, StripEntry
 from stripfold.film.tracking import Tracks
 
 MARGIN = 0.3
@@ -50,11 +52,47 @@ STARS = 1.7, 60.0
 """Heights for which a snap is looked for, L*: below 1.59 there is none."""
 MAX_CHANGE = 0.5
 """Largest change of ln L* by the fit: friction delays the snap by less."""
-STEPS = np.array([1e-4, 3e-3, 1e-3, 3e-4, 3e-4])
+STEPS = np.array([1e-4, 3e-3, 1e-3, 3e-4, 3e-4, 3e-4])
 """Steps of the differences by the unknowns, L* except for the first, a logarithm: L*, depth, M_0 / (rho_a g L*), errors
-of advance and height."""
+of advance, height and flat end."""
+FURTHER, HIGHER, END = 3, 4, 5
+"""Places of the last three among the unknowns."""
 NAMES = "eta_b_motion", "eta_b_motion_low", "eta_b_motion_high", "friction_motion", "misfit"
 """Names in files: eta_b, the ends of its interval, M_0, and the standard deviation of most residuals of the shapes."""
+PULLED = "flat_end", "offset"
+"""Given numbers of which the shapes tell whether they are right."""
+DEVIATIONS = 3.0
+"""Standard deviations between a given number and what the film says of it from which one of them is wrong."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What the shapes say of a given number: that it is ``off`` by so much, m, with a standard deviation ``sd``, m, of
+    the given number and of what the shapes say together; ``name``: one of :data:`PULLED`; ``key``, ``value``: its entry
+    and what is given, m.
+    """
+
+    name: str
+    key: str
+    value: float
+    off: float
+    sd: float
+
+    @property
+    def deviations(self) -> float:
+        """Difference in standard deviations."""
+        return self.off / self.sd
+
+    def __str__(self) -> str:
+        return f"gripper.{self.key} = {self.value:g} m, by the strip's shapes it is {self.value + self.off:.4f} m"
+
+
+class ContradictionError(MeasurementError):
+    """A given number that the film contradicts."""
+
+    def __init__(self, pull: Pull) -> None:
+        needed = f"at most {1e3 * DEVIATIONS * pull.sd:.1f} mm between them"
+        super().__init__(NAME, str(pull), needed, f"measure it again, or give {pull.key}_uncertainty")
 
 
 class MisfitError(MeasurementError):
@@ -71,7 +109,8 @@ class MotionEtaB:
     """eta_b from the motion with its 95 % interval, m^-4 s^2.
 
     ``friction``: M_0, rho_a g L*^2; ``known``: whether it was described.  ``depth`` of the strip behind the folding
-    plane, m; ``residual``: standard deviation of most points from the fitted shapes, m; ``frames``: their number.
+    plane, m; ``residual``: standard deviation of most points from the fitted shapes, m; ``frames``: their number;
+    ``pulls``: what the shapes say of the flat end and, where there is no log, of the offset.
     """
 
     eta_b: float
@@ -82,6 +121,7 @@ class MotionEtaB:
     depth: float
     residual: float
     frames: int
+    pulls: tuple[Pull, ...]
 
     @property
     def unit(self) -> float:
@@ -103,8 +143,8 @@ class _Seen:
 
     Of the k shapes, ``advance`` has shape (k,) and ``points`` shape (k, n, 2); ``distance``, shape (n,), is from the
     gripper along the strip.  ``camera`` has its x, z and distance from the folding plane; ``height`` is the gripper's.
-    ``expected`` and ``sd``, shape (5,), are those of the unknowns: ln L*, depth, M_0 / (rho_a g), and errors of the
-    advance and of the height.
+    ``expected`` and ``sd``, shape (6,), are those of the unknowns: ln L*, depth, M_0 / (rho_a g), and errors of the
+    gripper's place, of its height and of the flat end; one with a deviation of 0 is not fitted.
     """
 
     advance: Array
@@ -117,10 +157,11 @@ class _Seen:
 
     def residuals(self, values: Array) -> Array:
         """Distances of the points from the shape, along its normals, shape (k, n), m."""
-        log_unit, depth, friction, further, higher = values
+        log_unit, depth, friction, further, higher, end = values
         unit = float(np.exp(log_unit))
         branch = with_friction.branch((self.height + higher) / unit)
-        curve = unit * branch.shapes(friction / unit**2, (self.advance + further) / unit, self.distance / unit)
+        curve = unit * branch.shapes(friction / unit**2, (self.advance + further - end) / unit, self.distance / unit)
+        curve[..., 0] += end
         # The sight line through a point behind the folding plane crosses it nearer to the camera's foot.
         nearer = depth / (self.camera[2] + depth)
         curve = curve + nearer * (self.camera[:2] - curve)
@@ -143,9 +184,13 @@ def measure(
 
     ``event``, ``by_video``: advance at the onset of the snap, or at the end where there was none, and by the video
     alone, m.  ``place_sd``: standard deviations of the flat end, of the offset and by the calibration, m.
+
+    Raises ContradictionError: the shapes are a strip's, but with another flat end or offset than the given one.
     """
     try:
         return _measure(recording, mapping, tracks, event, by_video - event, snapped, place_sd)
+    except ContradictionError:
+        raise
     except MeasurementError as error:
         return error
     except SolveError as error:
@@ -154,9 +199,13 @@ def measure(
 
 def numbers(found: MotionEtaB | MeasurementError) -> dict[str, float]:
     """The numbers of the result by their names in files."""
+    values = dict.fromkeys((*NAMES, *(name + end for name in PULLED for end in ("_off", "_off_sd"))), nan)
     if isinstance(found, MeasurementError):
-        return dict.fromkeys(NAMES, nan) | ({"misfit": found.residual} if isinstance(found, MisfitError) else {})
-    return dict(zip(NAMES, (found.eta_b, found.low, found.high, found.friction, found.residual), strict=True))
+        return values | ({"misfit": found.residual} if isinstance(found, MisfitError) else {})
+    values |= zip(NAMES, (found.eta_b, found.low, found.high, found.friction, found.residual), strict=True)
+    for pull in found.pulls:
+        values |= {f"{pull.name}_off": pull.off, f"{pull.name}_off_sd": pull.sd}
+    return values
 
 
 def doubted(found: MotionEtaB | MeasurementError) -> str:
@@ -204,10 +253,16 @@ def _measure(
         distance=tracks.stations[ENDS:-ENDS],
         camera=np.append(mirror * (camera[:2] - origin), camera[2]),
         height=float(np.median(tracks.gripped_end[used, 1])),
-        expected=np.array([np.log(unit), 0.5 * width, friction, 0.0, 0.0]),
+        expected=np.array([np.log(unit), 0.5 * width, friction, 0.0, 0.0, 0.0]),
         # What a fit would make of M_0 is worse than what a bending test says.
-        sd=np.array([np.inf, DEPTH_SD * width, 1e-4 * unit**2 if known else np.inf, fitted_sd, fitted_sd]),
+        sd=np.array([np.inf, DEPTH_SD * width, 1e-4 * unit**2 if known else np.inf, fitted_sd, fitted_sd, 0.0]),
     )
+    asked = [(END, flat_end_sd)] if recording.robot_log is not None else [(END, flat_end_sd), (FURTHER, offset_sd)]
+    found = [_pull(seen, gripper, unknown, sd, max(flat_end_sd, offset_sd)) for unknown, sd in asked]
+    pulls = tuple(pull for pull in found if pull is not None)
+    for pull in sorted(pulls, key=lambda pull: -abs(pull.deviations)):
+        if abs(pull.deviations) > DEVIATIONS:
+            raise ContradictionError(pull)
     values, covariance, residual = _fitted(seen)
     unit = float(np.exp(values[0]))
     if values[2] > 0.99 * MAX_FRICTION * unit**2:
@@ -222,7 +277,15 @@ def _measure(
     spread = float(np.exp(3.0 * 1.96 * sd_log))
     eta_b = 1.0 / (GRAVITY * unit**3)
     return MotionEtaB(
-        eta_b, eta_b / spread, eta_b * spread, float(values[2]) / unit**2, known, float(values[1]), residual, len(used)
+        eta_b,
+        eta_b / spread,
+        eta_b * spread,
+        float(values[2]) / unit**2,
+        known,
+        float(values[1]),
+        residual,
+        len(used),
+        pulls,
     )
 
 
@@ -253,39 +316,72 @@ def camera_place(mapping: Mapping) -> Array:
 
 
 def _fitted(seen: _Seen) -> tuple[Array, Array, float]:
-    """The unknowns, their covariance, and the standard deviation of most of the residuals, m."""
+    """The unknowns, the covariance of those that are fitted, and the standard deviation of most of the residuals, m."""
     values, noise, count = seen.expected, 0.01 * float(np.exp(seen.expected[0])), 50.0
-    bounded = np.isfinite(seen.sd)
-    low, high = np.full((2, 5), [[-np.inf], [np.inf]])
+    fitted = seen.sd > 0.0
+    bounded = fitted & np.isfinite(seen.sd)
+    low, high = np.full((2, len(values)), [[-np.inf], [np.inf]])
     unit = float(np.exp(values[0]))
-    scales = STEPS * np.array([1.0, unit, unit**2, unit, unit])
+    scales = STEPS * np.array([1.0, unit, unit**2, unit, unit, unit])
     low[2], high[2] = 0.0, MAX_FRICTION * unit**2
     low[0], high[0] = values[0] - MAX_CHANGE, values[0] + MAX_CHANGE
 
-    def rows(values: Array) -> Array:
-        prior = np.sqrt(count) * ((values - seen.expected) / seen.sd)[bounded]
+    def all_of(some: Array) -> Array:
+        values = seen.expected.copy()
+        values[fitted] = some
+        return values
+
+    def rows(some: Array) -> Array:
+        values = all_of(some)
+        prior = np.sqrt(count) * ((values - seen.expected)[bounded] / seen.sd[bounded])
         data = seen.residuals(values).ravel() / noise
         # The squares of these grow like the residuals where those are large: outliers count less.
         data = np.sign(data) * np.sqrt(2.0 * (np.sqrt(1.0 + data**2) - 1.0))
         return np.concatenate([data, prior])
 
-    def jacobian(values: Array) -> Array:
-        at = rows(values)
-        return np.column_stack([(rows(values + step) - at) / step.sum() for step in np.diag(scales)])
+    def jacobian(some: Array) -> Array:
+        at = rows(some)
+        return np.column_stack([(rows(some + step) - at) / step.sum() for step in np.diag(scales[fitted])])
 
     for _ in range(2):
-        start = np.clip(values, low + 1e-9, high - 1e-9)
+        start = np.clip(values, low + 1e-9, high - 1e-9)[fitted]
         # A thousandth of the interval is enough.
         limits = {"xtol": 1e-5, "ftol": 1e-6, "max_nfev": 40}
-        values = least_squares(rows, start, jacobian, (low, high), x_scale=100.0 * scales, **limits).x
+        bounds = low[fitted], high[fitted]
+        values = all_of(least_squares(rows, start, jacobian, bounds, x_scale=100.0 * scales[fitted], **limits).x)
         residuals = seen.residuals(values)
         # Half of the points lie on the table, where any strip fits.
         noise = float(np.quantile(np.abs(residuals), 0.8)) / 1.28
         # Errors of neighbours on the strip are correlated, those of one place over time are the same.
         count = len(residuals) * correlation_length(residuals.mean(axis=0))
-    slopes = jacobian(values)
+    slopes = jacobian(values[fitted])
     covariance = count * np.asarray(np.linalg.inv(slopes.T @ slopes))
     return values, covariance, noise
+
+
+def _pull(seen: _Seen, gripper: GripperEntry, unknown: int, given_sd: float, others_sd: float) -> Pull | None:
+    """What the shapes say of the flat end or of the offset; None where they are no strip's with any value of it.
+
+    ``unknown``: its place among the unknowns.  ``given_sd``, ``others_sd``: standard deviations of the given number,
+    and of the other one and of the height, m.
+    """
+    sd = seen.sd.copy()
+    sd[[FURTHER, HIGHER, END]] = np.hypot(others_sd, sd[FURTHER])
+    sd[unknown] = np.inf
+    try:
+        values, covariance, residual = _fitted(replace(seen, sd=sd))
+    except np.linalg.LinAlgError:  # beyond the snap shapes do not depend on the advance
+        return None
+    unit = float(np.exp(values[0]))
+    if not residual <= MAX_MISFIT * unit:
+        return None
+    name, key, known = "flat_end", "flat_end", gripper.flat_end
+    if unknown == FURTHER:
+        holder = "marker" if gripper.marker else "template"
+        name, key, known = "offset", f"{holder}.offset", gripper.holder.offset[0]
+    off = gripper.direction * float(values[unknown])
+    sd = float(np.sqrt(given_sd**2 + (PULL_SD[name] * unit) ** 2 + covariance[unknown, unknown]))
+    return Pull(name, key, known, off, sd)
 
 
 @dataclass(frozen=True)

@@ -344,6 +344,8 @@ def _evaluate(
         flags.append(Flag(WARNING, text))
     if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
         flags.append(Flag(NOTE, text))
+    if not isinstance(eta_b, MotionEtaB) or not eta_b.pulls:
+        flags.append(Flag(NOTE, "whether flat_end and offset are right is not known from the strip's shapes"))
     return RecordingMeasurement(
         recording=recording,
         calibration=calibration,

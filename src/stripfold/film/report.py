@@ -149,7 +149,11 @@ def _eta_b_rows(found: RecordingMeasurement) -> list[tuple[str, str]]:
     described = found.recording.entries.strip.eta_b
     text = f"{eta_b.eta_b:.4g} m^-4 s^2, 95 % interval {eta_b.low:.4g} to {eta_b.high:.4g}, described {described:.4g}"
     friction = f"M_0 = {eta_b.friction:.2g} rho_a g L*^2, {'as described' if eta_b.known else 'fitted beside it'}"
-    return [("eta_b by the motion", text), ("  with friction", friction)]
+    pulled = [
+        (f"{pull.name} by the shapes", f"{1e3 * pull.off:+.1f} mm from the given one, SD {_millimetres(pull.sd, 1)}")
+        for pull in eta_b.pulls
+    ]
+    return [("eta_b by the motion", text), ("  with friction", friction), *pulled]
 
 
 def _millimetres(value: float, digits: int = 2) -> str:
