@@ -18,7 +18,7 @@ import yaml
 
 from filmed_truth import event_of
 from stripfold import cli
-from stripfold.base.arrays import Mask
+from stripfold.base.arrays import Index, Mask
 from stripfold.base.errors import InvalidInputError, MeasurementError
 from stripfold.cli import main
 from stripfold.files import store
@@ -202,7 +202,7 @@ def evaluated(snapping: Made, tracks: Tracks | None = None, manual: ManualOnset 
     return measure.evaluate(recording, calibration, tracks or known, manual)
 
 
-def some_frames(tracks: Tracks, keep: Mask) -> Tracks:
+def some_frames(tracks: Tracks, keep: Mask | Index) -> Tracks:
     """The tracks of the frames to keep."""
     names = ("grip_time", "gripped_end", "strip_time", "points", "score", "visible_length")
     timing = replace(tracks.timing, time=tracks.timing.time[keep], doubled=tracks.timing.doubled[keep])
@@ -311,6 +311,33 @@ def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     stopped = evaluated(snapping, replace(early, gripped_end=end), robot_log=None)
     assert not any("the gripper moves at" in flag for flag in stopped.flags)
     assert "level of the onset" not in {text.get_text() for text in report.figure_of(stopped).axes[2].texts}
+
+
+def test_a_return_is_no_advance_and_each_trial_has_its_row(snapping: Made):
+    """There, back and there again, as in a mirror: the same onset twice, and none on the way back."""
+    once = evaluated(snapping, robot_log=None)
+    tracks, n = snapping[2], len(snapping[2].grip_time)
+    order = np.concatenate([np.arange(n), np.arange(n)[::-1], np.arange(n)])
+    twice = some_frames(tracks, order)
+    late = np.repeat(np.arange(3) * (tracks.grip_time[-1] + tracks.timing.period), n)
+    time = np.concatenate([tracks.grip_time, tracks.grip_time[-1] - tracks.grip_time[::-1], tracks.grip_time]) + late
+    delay = (tracks.strip_time - tracks.grip_time)[order]
+    timing = replace(twice.timing, time=time)
+    found = evaluated(
+        snapping, replace(twice, timing=timing, grip_time=time, strip_time=time + delay), robot_log=None
+    )
+    assert found.event == pytest.approx(once.event, abs=2e-5)
+    assert found.event_time == pytest.approx(once.event_time, abs=0.01)
+    assert [trial.snapped for trial in found.trials] == [True, True]
+    assert found.trials[1].event == pytest.approx(once.event, abs=2e-5)
+    assert found.trials[1].event_time == pytest.approx(once.event_time + late[-1], abs=0.01)
+    assert "advance 2" in str(found)
+    assert [trial["snapped"] for trial in found.to_dict()["trials"]] == [True, True]
+    # A film that begins on the way back.
+    begun = some_frames(replace(twice, timing=timing, grip_time=time, strip_time=time + delay), np.arange(3 * n) >= n + 5)
+    later = evaluated(snapping, begun, robot_log=None)
+    assert later.event == pytest.approx(once.event, abs=2e-5)
+    assert not later.trials
 
 
 def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):

@@ -230,7 +230,7 @@ def _measure(
     entries = recording.entries
     strip, gripper = entries.strip, entries.gripper
     unit = Material(strip.eta_b).gravity_length if not snapped else _unit_at_snap(gripper.height, until)
-    start, _ = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
+    start, _ = snap.steady_advance(tracks.grip_time, gripper.direction * tracks.gripped_end[:, 0])
     x = np.interp(tracks.strip_time, tracks.grip_time, tracks.gripped_end[:, 0])
     advance = gripper.direction * (x - gripper.flat_end) - error
     used = np.flatnonzero(tracks.seen & (tracks.strip_time >= start) & (advance <= until - MARGIN * unit))

@@ -7,7 +7,7 @@ the time of the event, or from the video where there is no log.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -64,6 +64,25 @@ class Flag(NamedTuple):
         return f"{self.severity}: {self.text}"
 
 
+class Trial(NamedTuple):
+    """One advance of the gripper in a film of several: when it begins, s; as in :class:`RecordingMeasurement`, and why
+    nothing was measured, empty where it was.
+    """
+
+    begin: float
+    snapped: bool = False
+    event: float = nan
+    sd: float = nan
+    event_time: float = nan
+    reason: str = ""
+
+    def __str__(self) -> str:
+        if self.reason:
+            return f"from {self.begin:.2f} s on: not measured, {self.reason}"
+        value = f"λ = {1e3 * self.event:.2f} mm, SD {1e3 * self.sd:.2f} mm, at {self.event_time:.2f} s"
+        return f"from {self.begin:.2f} s on: {value if self.snapped else f'no snap up to {1e3 * self.event:.2f} mm'}"
+
+
 def half_width(share: float) -> float:
     """Half the width of the confidence interval with this probability, in standard deviations: errors are normal."""
     return float(ndtri(0.5 + 0.5 * share))
@@ -99,6 +118,8 @@ class RecordingMeasurement(Result):
     flags, manual
         Warnings, where the value or its interval is affected, then notes, empty where all is well; why the onset was
         set by hand, empty where it was not.
+    trials
+        What each advance of the gripper gives where there are several; the result is the first one with a snap.
     """
 
     recording: Recording
@@ -117,6 +138,7 @@ class RecordingMeasurement(Result):
     eta_b: MotionEtaB | MeasurementError
     flags: tuple[Flag, ...]
     manual: str
+    trials: tuple[Trial, ...]
     shown = ("snap", "lambda_event", "interval")
 
     @classmethod
@@ -171,7 +193,8 @@ class RecordingMeasurement(Result):
     def rows(self) -> Rows:
         from stripfold.film import report
 
-        return [("result", report.result(self)), *report.rows(self), *self.flags]
+        trials = [(f"advance {i}", str(trial)) for i, trial in enumerate(self.trials, 1)]
+        return [("result", report.result(self)), *trials, *report.rows(self), *self.flags]
 
     def __str__(self) -> str:
         return "\n".join(f"{name:<36} {text}" for name, text in self.rows())
@@ -183,6 +206,7 @@ class RecordingMeasurement(Result):
             "speed": self.speed,
             "flags": [flag._asdict() for flag in self.flags],
             "manual_onset": self.manual,
+            "trials": [trial._asdict() for trial in self.trials],
             "synthetic": self.recording.entries.synthetic,
         }
 
@@ -268,14 +292,37 @@ def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None)
 def evaluate(
     recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
 ) -> RecordingMeasurement:
-    """The result of a recording whose film has been tracked; see :func:`measure`."""
-    with tracks.camera.blamed():
-        return _evaluate(recording, calibration, tracks, manual)
+    """The result of a recording whose film has been tracked; see :func:`measure`.
+
+    Of several advances of the gripper the first one with a snap, or else the farthest; the returns do not count.
+    """
+    parts = snap.advances(recording.entries.gripper.direction * tracks.gripped_end[:, 0])
+    if manual is not None:
+        begin, end = tracks.grip_time[[part.start for part in parts]], tracks.grip_time[[part.stop - 1 for part in parts]]
+        parts = [parts[i] for i in np.flatnonzero((begin <= manual.event_time) & (manual.event_time <= end))]
+    parts = parts or [slice(0, len(tracks.grip_time))]
+    trials, found, failed = [], [], None
+    for part in parts:
+        begin = float(tracks.grip_time[part.start])
+        try:
+            with tracks.camera.blamed():
+                one = _evaluate(recording, calibration, tracks, tracks.during(part), manual)
+        except MeasurementError as error:
+            failed = failed or error
+            trials.append(Trial(begin, reason=error.found))
+        else:
+            found.append(one)
+            trials.append(Trial(begin, one.snapped, one.event, one.sd, one.event_time))
+    if failed is not None and not found:
+        raise failed
+    best = next((one for one in found if one.snapped), max(found, key=lambda one: one.event))
+    return replace(best, trials=tuple(trials) if len(trials) > 1 else ())
 
 
 def _evaluate(
-    recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None
+    recording: Recording, calibration: Calibration, whole: Tracks, tracks: Tracks, manual: ManualOnset | None
 ) -> RecordingMeasurement:
+    """The result of one advance, from its ``tracks``; the clocks are those of the ``whole`` film."""
     compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
@@ -315,8 +362,8 @@ def _evaluate(
     else:
         log = read_log(path)
         # A frame that repeats the one before shows the gripper where it was then.
-        own = tracks.gripper.tracked & ~tracks.timing.doubled
-        moments, places = tracks.grip_time[own], tracks.gripped_end[own, 0]
+        own = whole.gripper.tracked & ~whole.timing.doubled
+        moments, places = whole.grip_time[own], whole.gripped_end[own, 0]
         pixel, predicted = calibration.quality["resolution"], tracks.report.predicted
         clock = synchronise(moments, places, noise, log, mapping_sd, pixel, predicted, path.name, offset_sd)
         by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
@@ -349,7 +396,7 @@ def _evaluate(
     return RecordingMeasurement(
         recording=recording,
         calibration=calibration,
-        tracks=tracks,
+        tracks=whole,
         motion=motion,
         clock=clock,
         snapped=snapped,
@@ -363,6 +410,7 @@ def _evaluate(
         eta_b=eta_b,
         flags=tuple(sorted(flags, key=lambda flag: flag.severity != WARNING)),
         manual="" if manual is None else manual.reason,
+        trials=(),
     )
 
 
@@ -383,7 +431,8 @@ def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Fla
 
 def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
     """Times, shape (n,), and points, shape (n, k, 2), of the initially raised part while the gripper advances."""
-    start, stop = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
+    advance = recording.entries.gripper.direction * tracks.gripped_end[:, 0]
+    start, stop = snap.steady_advance(tracks.grip_time, advance)
     used = tracks.seen & (tracks.strip_time >= start) & (tracks.strip_time <= stop)
     points = tracks.points[used]
     if len(points) < MIN_FRAMES:

@@ -17,6 +17,7 @@ from stripfold.base.material import Material
 from stripfold.base.validation import HEIGHT_STAR, EtaB, Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 from stripfold.film.boards import Board, Dictionary
 from stripfold.film.clock import RobotLog, read_log
+from stripfold.film.snap import MIN_ADVANCE
 
 if TYPE_CHECKING:
     from stripfold.film.tracking import Tracks
@@ -33,8 +34,6 @@ MAX_FLAT_END_ERROR = 0.08
 wide strips are seen too short."""
 MAX_SPEED_RATIO = 5.0
 """Described speed over that of the film, or the reverse, from which on a unit must be wrong."""
-MIN_ADVANCE = 0.002
-"""Least motion of the gripper that has a direction, m."""
 
 FilePath = Text
 Offset = Annotated[Number, quantity("part of an offset", "m", ge=-1.0, le=1.0)]

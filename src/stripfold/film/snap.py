@@ -44,6 +44,8 @@ MIN_PEAK_SHARE = 0.5
 """Least height of a peak above u_0, as a share of the largest: lower ones are ripples, swings or passing objects."""
 PEAK_END = 0.35
 """Share of a peak's height to which the speed falls behind it: less is a ripple on the way up, or a late frame."""
+MIN_ADVANCE = 0.002
+"""Least motion of the gripper that has a direction, m."""
 SETTLING_TIME = 0.1
 """For how long after its start, as a window sees it, the gripper's motion is left out, s: the strip swings."""
 RETURN_TIME, MIN_NET_MOTION = 0.4, 0.5
@@ -185,11 +187,35 @@ def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
     return int(np.argmax(u))
 
 
-def steady_advance(t: Array, x: Array) -> tuple[float, float]:
-    """First and last time, s, at which a gripper at x, m, moves at its speed, without starting and stopping."""
-    path = PchipInterpolator(t, x)
+def advances(advance: Array) -> list[slice]:
+    """Find the frames of each advance of a gripper that between them returns, by its advance, shape (n,), m.
+
+    The first begins with the film and the last ends with it, unless the gripper moves back then.
+    """
+    found: list[slice] = []
+    begin = top = 0
+    rising = True
+    for i, value in enumerate(advance):
+        if rising and value >= advance[top]:
+            top = i
+        elif rising and advance[top] - value > MIN_ADVANCE:
+            if advance[top] - advance[begin] > MIN_ADVANCE:
+                found.append(slice(begin, top + 1))
+            rising, begin = False, i
+        elif not rising and value <= advance[begin]:
+            begin = i
+        elif not rising and value - advance[begin] > MIN_ADVANCE:
+            rising, top = True, i
+    if rising:
+        found.append(slice(begin, len(advance)))
+    return found
+
+
+def steady_advance(t: Array, advance: Array) -> tuple[float, float]:
+    """First and last time, s, at which a gripper advances, m, at its speed, without starting and stopping."""
+    path = PchipInterpolator(t, advance)
     times = np.arange(t[0] + WINDOW, t[-1] - WINDOW, 0.5 * WINDOW)
-    speed = np.abs(path(times + WINDOW) - path(times - WINDOW)) / (2.0 * WINDOW)
+    speed = (path(times + WINDOW) - path(times - WINDOW)) / (2.0 * WINDOW)
     moving = np.flatnonzero(speed > 0.8 * np.quantile(speed, 0.8))
     return float(times[moving[0]] + SETTLING_TIME), float(times[moving[-1]])
 

@@ -71,6 +71,10 @@ MAX_GRIP_DISTANCE = 0.03
 """Distance of the strip from where the gripper should hold it, as a share of its length, that means it does not."""
 
 
+IN_FRAMES = ("grip_time", "gripped_end", "strip_time", "points", "score", "visible_length")
+"""Fields of :class:`Tracks` with a row for each frame."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tracks:
     """The measured motion in a film of n frames; what belongs to the strip is nan where it was lost.
@@ -103,6 +107,17 @@ class Tracks:
     def seen(self) -> Mask:
         """Shape (n,): frames in which the strip was measured and that do not repeat the one before."""
         return np.asarray(np.isfinite(self.strip_time) & ~self.timing.doubled)
+
+    def during(self, frames: slice) -> Tracks:
+        """The motion in some of the frames; a strip lost for good is an error of the last ones only."""
+        timing, last = self.timing, frames.stop == len(self.grip_time)
+        return replace(
+            self,
+            timing=Timing.of(timing.time[frames], timing.doubled[frames]),
+            gripper=Track(**{name: values[frames] for name, values in vars(self.gripper).items()}),
+            lost=self.lost if last else None,
+            **{name: getattr(self, name)[frames] for name in IN_FRAMES},
+        )
 
 
 def track(recording: Recording, calibration: Calibration, progress: Callable[[str], None] | None = None) -> Tracks:
