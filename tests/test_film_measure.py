@@ -11,6 +11,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import xarray as xr
@@ -397,3 +398,26 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: RecordingMeasuremen
     # What moves without mechanics, as here, has no shape of a strip.
     told = [flag for flag in evaluated(snapping, unknown).flags if "shapes" not in flag.text]
     assert [flag.severity for flag in told] == [measure.NOTE]
+
+
+@pytest.mark.parametrize("matrix", [[[1, 0, 0], [0, 1, 2.5]], [[1.012, 0, -1.9], [0, 1.012, -1.4]]], ids=["sag", "zoom"])
+def test_a_camera_that_moves_during_the_film_widens_the_interval(
+    snapping: Made, found: RecordingMeasurement, matrix: list[list[float]]
+):
+    """From after its begin on: by what moves the gripper's place, where that is not read from a log."""
+    tracks = snapping[2]
+    still = evaluated(snapping, robot_log=None)
+    assert still.parts["camera"] < 2e-4
+    moved = copy.copy(tracks.thumbnails)
+    size = moved.pictures[0].shape[::-1]
+    moved.pictures = moved.pictures[:10] + [
+        cv2.warpAffine(one, np.array(matrix), size, borderMode=cv2.BORDER_REPLICATE) for one in moved.pictures[10:]
+    ]
+    drifted = evaluated(snapping, replace(tracks, thumbnails=moved), robot_log=None)
+    i = int(np.searchsorted(tracks.timing.time, found.event_time))
+    place = tracks.gripper.centre[i] / moved.whole
+    true = np.linalg.norm(np.array(matrix) @ [*place, 1.0] - place) * moved.whole
+    assert drifted.parts["camera"] == pytest.approx(true * snapping[1].quality["resolution"], rel=0.3, abs=2e-4)
+    assert drifted.flags[0].severity == measure.WARNING
+    assert "the camera moved by" in drifted.flags[0].text
+    assert evaluated(snapping, replace(tracks, thumbnails=moved)).parts["camera"] == 0.0

@@ -1,7 +1,7 @@
 """Whether the camera stood still, from the robot's stops to the film and along it.
 
-Corners of one picture are found again in another (Lucas and Kanade, on a pyramid), and the shift on which most of them
-agree is that of the picture: what has moved by itself is outvoted.
+Corners of one picture are found again in another (Lucas and Kanade, on a pyramid), and the similarity on which most of
+them agree, a shift with a turn and a zoom, is that of the picture: what has moved by itself is outvoted.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ logarithm: finer is noise, coarser light and shadow."""
 CORNERS, QUALITY, APART, WINDOW = 300, 0.05, 6.0, (15, 15)
 """Most corners, least quality relative to the best, least distance, and the window that is found again, pixels."""
 SAME = 1.0
-"""Distance between two shifts, or of a corner from where the way back leads, pixels, up to which they agree."""
+"""Distance of a corner from where the similarity, or the way back, leads, pixels, up to which it agrees."""
 MIN_CORNERS, AGREED = 6, 0.5
 """Corners that must be found again, and the share of them that must agree: less where the room has changed."""
-MOVED = 1.5
-"""Shift, pixels of the small copies, from which the camera has moved."""
+MOVED = 0.8
+"""Shift of a corner, pixels of the small copies, from which the camera has moved: in 80 films of one at rest it was at
+most half of it."""
 FIRST = 8
-"""Frames averaged at the beginning of the film."""
+"""Frames averaged, at the beginning of the film and at the snap."""
 USUAL, JUMP = 9, 3
 """Frames over which the marker's usual velocity is taken, and within which a knock moves it."""
 MIN_JUMP, JUMP_SHARE = 1.5, 0.5
@@ -42,7 +43,9 @@ ADVICE = "take the pictures of plane and robot grid again with the camera where 
 
 
 class Shift(NamedTuple):
-    """How far the second picture is shifted, x and y, pixels, nan where it cannot be seen; whether it clearly is."""
+    """How far the second picture is shifted at a place, x and y, pixels, nan where it cannot be seen; whether any of it
+    clearly is.
+    """
 
     x: float
     y: float
@@ -52,7 +55,7 @@ class Shift(NamedTuple):
     def problem(self) -> str:
         """What is wrong with a camera that should have stood still since the robot's stops; empty for nothing."""
         if self.moved:
-            return f"{MOVED_BY} {np.hypot(self.x, self.y):.1f} px between the pictures of the robot grid and the film"
+            return f"{MOVED_BY} {np.hypot(self.x, self.y):.1f} px since the pictures of the robot grid"
         if np.isfinite(self.x):
             return ""
         return "nothing with clear corners stands still in view: whether the camera moved since the grid is unknown"
@@ -69,8 +72,11 @@ class Shift(NamedTuple):
             raise MeasurementError(error.source, found, "a camera that stands still", ADVICE) from error
 
 
-def between(first: Array | Picture, second: Array | Picture) -> Shift:
-    """Estimate the shift of what both pictures show, from the first to the second, shape (h, w)."""
+def between(first: Array | Picture, second: Array | Picture, place: Array | None = None) -> Shift:
+    """Estimate the shift of what both pictures show, from the first to the second, shape (h, w).
+
+    ``place``: where, pixels, shape (2,); without it in the middle of the corners.
+    """
     before, after = _structure(first), _structure(second)
     corners = cv2.goodFeaturesToTrack(before, CORNERS, QUALITY, APART)
     unknown = Shift(np.nan, np.nan, False)
@@ -79,15 +85,20 @@ def between(first: Array | Picture, second: Array | Picture) -> Shift:
     there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None, winSize=WINDOW, maxLevel=3)
     back, found_back, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, winSize=WINDOW, maxLevel=3)
     returned = np.hypot(*(back - corners).reshape(-1, 2).T) < SAME
-    shifts = (there - corners).reshape(-1, 2)[returned & (found.ravel() > 0) & (found_back.ravel() > 0)]
-    if len(shifts) < MIN_CORNERS:
+    again = returned & (found.ravel() > 0) & (found_back.ravel() > 0)
+    corners, there = corners.reshape(-1, 2)[again], there.reshape(-1, 2)[again]
+    if len(corners) < MIN_CORNERS:
         return unknown
-    alike = np.linalg.norm(shifts[:, None] - shifts, axis=2) < SAME
-    most = int(alike.sum(axis=1).argmax())
-    if alike[most].mean() < AGREED:
+    matrix, agreed = cv2.estimateAffinePartial2D(corners, there, ransacReprojThreshold=SAME)
+    if matrix is None or agreed.sum() < MIN_CORNERS or agreed.mean() < AGREED:
         return unknown
-    x, y = shifts[alike[most]].mean(axis=0).tolist()
-    return Shift(x, y, bool(np.hypot(x, y) >= MOVED))
+
+    def shifts(places: Array) -> Array:
+        return np.asarray(places @ matrix[:, :2].T + matrix[:, 2] - places)
+
+    corners = corners[agreed.ravel() > 0]
+    x, y = shifts(corners.mean(axis=0) if place is None else place).tolist()
+    return Shift(x, y, bool(np.linalg.norm(shifts(corners), axis=1).max() >= MOVED))
 
 
 def _structure(picture: Array | Picture) -> Picture:
@@ -98,15 +109,18 @@ def _structure(picture: Array | Picture) -> Picture:
     return np.asarray(np.clip(128.0 + GAIN * contrast, 0.0, 255.0), np.uint8)
 
 
-def since_stops(stops: Picture, film: Thumbnails, frames: slice = slice(FIRST)) -> Shift:
-    """Estimate the shift, pixels of the film, from the pictures of the robot's stops to some frames of the film.
+def since_stops(
+    stops: Picture, film: Thumbnails, frames: slice = slice(FIRST), place: Array | None = None
+) -> Shift:
+    """Estimate the shift, pixels of the film, from the pictures of the robot's stops to some small frames of the film.
 
     ``stops`` are small copies, shape (n, h, w), of which what stands still counts: the mean of the middle third of the
-    values at each pixel.
+    values at each pixel.  ``place``: as for :func:`between`, pixels of the film.
     """
     out = len(stops) // 3
     still = np.sort(stops, axis=0)[out : len(stops) - out].mean(axis=0)
-    x, y, moved = between(still, np.mean(film.pictures[frames], axis=0))
+    there = None if place is None else place / film.whole
+    x, y, moved = between(still, np.mean(film.pictures[frames], axis=0), there)
     return Shift(x * film.whole, y * film.whole, moved)
 
 

@@ -22,6 +22,7 @@ from stripfold.files.reporting import Progress, Result, Rows
 from stripfold.film import eta_motion, fitted, snap
 from stripfold.film import recording as recordings
 from stripfold.film.calibration import Calibration, calibrate_folder
+from stripfold.film.camera_motion import FIRST, Shift, since_stops
 from stripfold.film.clock import Clock, read_log, synchronise
 from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
@@ -33,9 +34,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-PARTS = ("level", "frames", "mapping", "gripper", "clock", "flat_end", "offset", "manual")
-"""Causes of uncertainty: peak and rise of the strip's speed, time between frames, calibration, noise of the marker,
-synchronisation of the clocks, described flat end and offset, onset set by hand."""
+PARTS = ("level", "frames", "mapping", "camera", "gripper", "clock", "flat_end", "offset", "manual")
+"""Causes of uncertainty: peak and rise of the strip's speed, time between frames, calibration, motion of the camera
+since then, noise of the marker, synchronisation of the clocks, described flat end and offset, onset set by hand."""
 WARNING, NOTE = "warning", "note"
 """Severities of a flag: the value or its interval is affected; for information."""
 DRAWS = 200
@@ -328,8 +329,6 @@ def _evaluate(
     sign, flat_end = gripper.direction, gripper.flat_end
     flat_end_sd, offset_sd = SD_95 * gripper.flat_end_uncertainty, SD_95 * gripper.holder.offset_uncertainty
     flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
-    if tracks.camera.problem:
-        flags.append(Flag(WARNING if tracks.camera.moved else NOTE, tracks.camera.problem))
     flags += _compared_with_description(recording, tracks)
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
@@ -349,6 +348,11 @@ def _evaluate(
         }
         flags += _event_flags(motion, excess, fitted.GAP_SHIFT * excess > hypot(*time_sd.values()))
     x, velocity, gripper_sd = _gripper_at(tracks, time)
+    camera = _camera_at(calibration, whole, time)
+    shown = camera if camera.moved and not whole.camera.moved else whole.camera
+    if shown.problem:
+        flags.append(Flag(WARNING if shown.moved else NOTE, shown.problem))
+    camera_sd = calibration.quality["resolution"] * float(np.nan_to_num(np.hypot(camera.x, camera.y)))
     speed = abs(velocity)
     by_video, by_log = sign * (x - flat_end), float("nan")
     parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
@@ -358,7 +362,7 @@ def _evaluate(
         if recording.entries.gripper.template is not None:
             # The noise of the first frame, from which the template is, is the same in all.
             gripper_sd = hypot(gripper_sd, noise)
-        parts |= {"mapping": mapping_sd, "gripper": gripper_sd, "offset": offset_sd}
+        parts |= {"mapping": mapping_sd, "camera": camera_sd, "gripper": gripper_sd, "offset": offset_sd}
     else:
         log = read_log(path)
         # A frame that repeats the one before shows the gripper where it was then.
@@ -507,6 +511,15 @@ def _gripper_at(tracks: Tracks, time: float) -> tuple[float, float, float]:
     n = int(near.sum())
     noise = float(np.sqrt(residuals[0] / max(n - 2, 1))) if len(residuals) else 0.0
     return float(x), float(velocity), noise / float(np.sqrt(n))
+
+
+def _camera_at(calibration: Calibration, tracks: Tracks, time: float) -> Shift:
+    """Shift of the picture at the gripper since the robot's stops, at some time, s."""
+    frame = int(np.searchsorted(tracks.timing.time, time))
+    small = tracks.thumbnails
+    first = int(np.clip(frame // small.every - FIRST // 2, 0, max(len(small.pictures) - FIRST, 0)))
+    place = tracks.gripper.centre[min(frame, len(tracks.gripper.centre) - 1)]
+    return since_stops(calibration.stops.small, small, slice(first, first + FIRST), place)
 
 
 def _mapping_sd(calibration: Calibration, tracks: Tracks, random: np.random.Generator) -> float:

@@ -71,6 +71,7 @@ PARTS = {
     "level": "height of the speed's peak",
     "frames": "time between frames",
     "mapping": "calibration",
+    "camera": "motion of the camera since the calibration",
     "gripper": "noise of the marker or template",
     "clock": "synchronisation of the clocks",
     "flat_end": "flat_end as described",
