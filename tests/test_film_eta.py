@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import re
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -367,7 +367,7 @@ def test_a_wrong_offset_is_refused_where_there_is_no_log():
     """A marker's offset that is wrong moves the gripped end, not the strip."""
     tracks = seen(0.5 * WIDTH)
     for off in (-0.005, 0.005):
-        moved = SimpleNamespace(**{**vars(tracks), "gripped_end": tracks.gripped_end + [off, 0.0]})
+        moved = SimpleNamespace(**{**vars(tracks), "gripped_end": tracks.gripped_end + np.array([off, 0.0])})
         asked, event = described(), elastica.critical(3.4).advance * UNIT + off
         with pytest.raises(eta_motion.ContradictionError, match=r"marker\.offset = .*by the strip's shapes it is"):
             eta_motion.measure(asked, mapping(), moved, event, event, True, (1e-3, 1e-3, 1e-4))

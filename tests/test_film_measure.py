@@ -324,9 +324,7 @@ def test_a_return_is_no_advance_and_each_trial_has_its_row(snapping: Made):
     time = np.concatenate([tracks.grip_time, tracks.grip_time[-1] - tracks.grip_time[::-1], tracks.grip_time]) + late
     delay = (tracks.strip_time - tracks.grip_time)[order]
     timing = replace(twice.timing, time=time)
-    found = evaluated(
-        snapping, replace(twice, timing=timing, grip_time=time, strip_time=time + delay), robot_log=None
-    )
+    found = evaluated(snapping, replace(twice, timing=timing, grip_time=time, strip_time=time + delay), robot_log=None)
     assert found.event == pytest.approx(once.event, abs=2e-5)
     assert found.event_time == pytest.approx(once.event_time, abs=0.01)
     assert [trial.snapped for trial in found.trials] == [True, True]
@@ -335,7 +333,9 @@ def test_a_return_is_no_advance_and_each_trial_has_its_row(snapping: Made):
     assert "advance 2" in str(found)
     assert [trial["snapped"] for trial in found.to_dict()["trials"]] == [True, True]
     # A film that begins on the way back.
-    begun = some_frames(replace(twice, timing=timing, grip_time=time, strip_time=time + delay), np.arange(3 * n) >= n + 5)
+    begun = some_frames(
+        replace(twice, timing=timing, grip_time=time, strip_time=time + delay), np.arange(3 * n) >= n + 5
+    )
     later = evaluated(snapping, begun, robot_log=None)
     assert later.event == pytest.approx(once.event, abs=2e-5)
     assert not later.trials
@@ -400,7 +400,9 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: RecordingMeasuremen
     assert [flag.severity for flag in told] == [measure.NOTE]
 
 
-@pytest.mark.parametrize("matrix", [[[1, 0, 0], [0, 1, 2.5]], [[1.012, 0, -1.9], [0, 1.012, -1.4]]], ids=["sag", "zoom"])
+@pytest.mark.parametrize(
+    "matrix", [[[1, 0, 0], [0, 1, 2.5]], [[1.012, 0, -1.9], [0, 1.012, -1.4]]], ids=["sag", "zoom"]
+)
 def test_a_camera_that_moves_during_the_film_widens_the_interval(
     snapping: Made, found: RecordingMeasurement, matrix: list[list[float]]
 ):

@@ -109,9 +109,7 @@ def _structure(picture: Array | Picture) -> Picture:
     return np.asarray(np.clip(128.0 + GAIN * contrast, 0.0, 255.0), np.uint8)
 
 
-def since_stops(
-    stops: Picture, film: Thumbnails, frames: slice = slice(FIRST), place: Array | None = None
-) -> Shift:
+def since_stops(stops: Picture, film: Thumbnails, frames: slice = slice(FIRST), place: Array | None = None) -> Shift:
     """Estimate the shift, pixels of the film, from the pictures of the robot's stops to some small frames of the film.
 
     ``stops`` are small copies, shape (n, h, w), of which what stands still counts: the mean of the middle third of the

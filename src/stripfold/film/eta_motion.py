@@ -258,8 +258,8 @@ def _measure(
         sd=np.array([np.inf, DEPTH_SD * width, 1e-4 * unit**2 if known else np.inf, fitted_sd, fitted_sd, 0.0]),
     )
     asked = [(END, flat_end_sd)] if recording.robot_log is not None else [(END, flat_end_sd), (FURTHER, offset_sd)]
-    found = [_pull(seen, gripper, unknown, sd, max(flat_end_sd, offset_sd)) for unknown, sd in asked]
-    pulls = tuple(pull for pull in found if pull is not None)
+    others_sd = max(flat_end_sd, offset_sd)
+    pulls = tuple(pull for which, sd in asked if (pull := _pull(seen, gripper, which, sd, others_sd)) is not None)
     for pull in sorted(pulls, key=lambda pull: -abs(pull.deviations)):
         if abs(pull.deviations) > DEVIATIONS:
             raise ContradictionError(pull)
@@ -380,8 +380,8 @@ def _pull(seen: _Seen, gripper: GripperEntry, unknown: int, given_sd: float, oth
         holder = "marker" if gripper.marker else "template"
         name, key, known = "offset", f"{holder}.offset", gripper.holder.offset[0]
     off = gripper.direction * float(values[unknown])
-    sd = float(np.sqrt(given_sd**2 + (PULL_SD[name] * unit) ** 2 + covariance[unknown, unknown]))
-    return Pull(name, key, known, off, sd)
+    variance = given_sd**2 + (PULL_SD[name] * unit) ** 2 + covariance[unknown, unknown]
+    return Pull(name, key, known, off, float(np.sqrt(variance)))
 
 
 @dataclass(frozen=True)

@@ -297,14 +297,12 @@ def evaluate(
 
     Of several advances of the gripper the first one with a snap, or else the farthest; the returns do not count.
     """
-    parts = snap.advances(recording.entries.gripper.direction * tracks.gripped_end[:, 0])
+    parts, time = snap.advances(recording.entries.gripper.direction * tracks.gripped_end[:, 0]), tracks.grip_time
     if manual is not None:
-        begin, end = tracks.grip_time[[part.start for part in parts]], tracks.grip_time[[part.stop - 1 for part in parts]]
-        parts = [parts[i] for i in np.flatnonzero((begin <= manual.event_time) & (manual.event_time <= end))]
-    parts = parts or [slice(0, len(tracks.grip_time))]
+        parts = [part for part in parts if time[part.start] <= manual.event_time <= time[part.stop - 1]]
     trials, found, failed = [], [], None
-    for part in parts:
-        begin = float(tracks.grip_time[part.start])
+    for part in parts or [slice(0, len(time))]:
+        begin = float(time[part.start])
         try:
             with tracks.camera.blamed():
                 one = _evaluate(recording, calibration, tracks, tracks.during(part), manual)
