@@ -39,7 +39,7 @@ def completion(arguments: argparse.Namespace, _: Say) -> str:
     return str(shtab.complete(_parser(list(COMMANDS)), arguments.shell))
 
 
-ORDER = "critical sweep eta simulate film path plan map assess record calibrate measure new completion doctor"
+ORDER = "critical sweep eta simulate film path plan map assess plate record calibrate measure new completion doctor"
 COMMANDS = {name: commands.COMMANDS[name] for name in ORDER.split()}
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
-EXTRAS = {".png": "plot", ".html": "plot", ".mp4": "vision"}
+EXTRAS = {".png": "plot", ".html": "plot", ".mp4": "vision", ".pdf": "vision"}
 """Optional part of the package that makes a file, by the end of its name."""
 INPUTS = ("grid", "scene", "result", "path", "image")
 """Arguments that name a file which a command reads."""

@@ -19,7 +19,8 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     options(source, EtaRequest, ("fold_height",))
     options(source, EtaRequest, ("image",), metavar="FILE")
     options(source, EtaRequest, ("loop", "bending_length", "rigidity", "kes_b"))
-    options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth"))
+    options(parser, EtaRequest, ("ruler",), metavar="X1,Y1,X2,Y2,M")
+    options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth", "width"))
     options(parser, EtaRequest, ("length", "height", "gsm", "kes_2hb"))
     plot_option(parser, "the fit over the picture", "picture")
 
@@ -38,6 +39,23 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     found = EtaB.of(asked)
     draw(found, arguments.picture)
     return as_json(document(found.to_dict(), given(arguments, EtaRequest))) if arguments.json else str(found)
+
+
+def plate_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--paper", choices=("a4", "letter"), default="a4", help="size of the sheet [a4]")
+    parser.add_argument("--output", metavar="PLATE.pdf", help="where to write it [plate.pdf, here]")
+
+
+@command("plate to print, by which films and photographs are measured", plate_options, named_after=("plate",))
+def plate(arguments: argparse.Namespace, say: Say) -> str:
+    """Write a sheet with the plates for films and photographs, and markers for the gripper, to be printed at 100 %."""
+    require("vision")
+    from stripfold.draw.save import save_as
+    from stripfold.film.plate_sheet import sheet
+
+    save_as(sheet(arguments.paper), arguments.output)
+    written = {"written": str(arguments.output)}
+    return as_json(document(written, {"paper": arguments.paper})) if arguments.json else lines([*written.items()])
 
 
 def record_options(parser: argparse.ArgumentParser) -> None:

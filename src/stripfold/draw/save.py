@@ -1,4 +1,4 @@
-"""Figures and pages to files: PNG and SVG, the same bytes in every run; HTML from templates."""
+"""Figures and pages to files: PNG, SVG and PDF, the same bytes in every run; HTML from templates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from stripfold.draw.style import styled
 from stripfold.files.store import atomic
 
 # Neither date nor version: a file depends on what is drawn alone.
-_METADATA: dict[str, dict[str, None]] = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}
+_METADATA: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 
 
 @styled
@@ -27,7 +31,7 @@ def save(fig: Figure, stem: str | os.PathLike[str]) -> tuple[Path, Path]:
 
 @styled
 def save_as(fig: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write ``fig`` as one file, atomically; its suffix is .png or .svg."""
+    """Write ``fig`` as one file, atomically; its suffix is .png, .svg or .pdf."""
     if fig.get_layout_engine() is not None:
         _arrange(fig)
     path = Path(path)

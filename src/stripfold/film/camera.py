@@ -87,6 +87,16 @@ class Mapping:
     def _inverse(self) -> Array:
         return np.asarray(np.linalg.inv(self.homography), dtype=np.float64)
 
+    @cached_property
+    def camera_place(self) -> Array:
+        """The camera's x and z, and its distance from the folding plane, m, shape (3,): by the camera's matrix."""
+        columns = np.linalg.inv(self.homography @ self.camera.matrix)
+        scale = np.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
+        first, second, origin = columns.T / scale
+        u, _, v = np.linalg.svd(np.column_stack([first, second, np.cross(first, second)]))
+        place = -(u @ v).T @ origin
+        return np.array([place[0], place[1], abs(place[2])])
+
     def resolution(self, pixel: Array) -> float:
         """Metres per pixel at a pixel, shape (2,): the square root of the area that a pixel covers."""
         x, y = np.array([0.5, 0.0]), np.array([0.0, 0.5])

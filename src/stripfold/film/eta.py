@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from math import isnan, nan, radians
+from math import atan2, degrees, hypot, isnan, nan, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Picture
@@ -36,6 +38,11 @@ if TYPE_CHECKING:
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
 width of the strip over its distance from the camera, that are not excluded unless less is stated."""
+
+PLATE_ROLL = 0.3
+"""The same of the vertical by the plate, degrees: it stands on the table."""
+MAX_TILT = 15.0
+"""Largest angle, degrees, from which a strip beside the plate may be seen."""
 
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
@@ -68,6 +75,8 @@ class EtaB(Result):
         The shape fitted to a picture, pixels; None without one.
     image, scale, view
         The picture, grey values, m per pixel, and what is not excluded of the camera.
+    scale_sd
+        Standard deviation of the scale, as a share: by the plate, 0 where it was given.
     """
 
     eta_b: float
@@ -79,21 +88,26 @@ class EtaB(Result):
     image: Any = None
     scale: float = nan
     view: View = View()
+    scale_sd: float = 0.0
     title = "a weight-to-bending-stiffness ratio"
     shown = ("eta_b", "gravity_length")
 
     @classmethod
     def of(cls, asked: EtaRequest) -> EtaB:
         """Measure it; InvalidInputError: no picture or no eta_b of a strip; TrackingError: no strip in the picture."""
-        if asked.image is None or asked.scale is None or asked.method is None:
+        if asked.image is None or asked.method is None:
             found = _of_numbers(asked)
         else:
             require("vision")
-            from stripfold.film.pictures import read_grey
+            from stripfold.film.pictures import focal_of, read_grey
 
-            view = View(**asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True))
-            name = Path(asked.image).name
-            found = from_image(read_grey(asked.image), asked.scale, asked.method, name, asked.slope, view)
+            view = asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True)
+            name, image = Path(asked.image).name, read_grey(asked.image)
+            if asked.scale is None:
+                focal = focal_of(asked.image)
+                found = from_plate(image, asked.method, name, asked.slope, width=asked.width, focal=focal, **view)
+            else:
+                found = from_image(image, asked.scale, asked.method, name, asked.slope, View(**view))
         if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
             key = next(key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None)
             allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
@@ -113,10 +127,11 @@ class EtaB(Result):
             return rows if isnan(self.friction_moment) else [*rows, ("M_0", text)]
         (low, high), view = self.interval, self.view
         roll = f"roll up to {view.roll:g}, " if self.fit.method == "cantilever" else ""
+        scale = f"scale by the plate within {196 * self.scale_sd:.1f} %" if self.scale_sd else "with the scale as given"
         camera = f"tilt up to {view.tilt:g} degrees, {roll}depth {view.depth:g}"
         return [
             *rows,
-            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given; {camera}"),
+            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, {scale}; {camera}"),
             ("L*", f"{self.gravity_length:.6g} m"),
             ("residual", metres(self.residual, "root mean square of measured less fitted")),
             *self.fit.rows(self.scale),
@@ -160,25 +175,78 @@ def from_image(
     ``slope``, degrees: see :func:`eta_b`.  ``view``: what is not excluded of the camera.  Raises TrackingError: no
     strip as the method needs it.
     """
+    view = view or View()
+    return _found(_fit(image, method, source, slope, view.roll), image, scale, source, view)
+
+
+def from_plate(
+    image: Picture,
+    method: str,
+    source: str = "picture",
+    slope: float | None = None,
+    tilt: float | None = None,
+    roll: float = PLATE_ROLL,
+    depth: float = DEPTH,
+    width: float | None = None,
+    focal: float | None = None,
+) -> EtaB:
+    """Measure eta_b in the grey values of a picture, shape (h, w), that shows a plate beside the strip.
+
+    The arguments are those of :func:`from_image`; without ``tilt`` it is that by the plate.  ``width`` of the strip, m.
+    ``focal``: length of the camera over the picture's longer side; with both eta_b is that of the band's middle behind
+    the near edge.  Raises TrackingError: no plate, a camera that looks from far aside, or no strip as the method needs.
+    """
+    from stripfold.film import plate
+
+    seen = plate.find(image, source, focal)
+    straight = plate.rectified(image, seen)
+    fit = _fit(straight.image, method, source, slope, roll)
+    place = straight.places(fit.curve.mean(axis=0)[None])
+    *foot, away = seen.mapping.camera_place
+    if width is not None:
+        depth = width / float(away)
+    if tilt is None:
+        tilt = degrees(atan2(float(np.linalg.norm(place[0] - foot)), float(away)))
+        if tilt > MAX_TILT:
+            found = f"a strip that is seen from {tilt:.0f} degrees aside"
+            raise TrackingError(source, found, f"at most {MAX_TILT:g}", "hold the camera in front of the strip")
+    random = np.random.default_rng(0)
+    sizes = [one.resolution(one.to_pixels(place)[0]) for one in (seen.resample(random) for _ in range(plate.DRAWS))]
+    scale_sd = hypot(plate.SCALE_SD, float(np.std(np.log(sizes))))
+    behind = width is not None and focal is not None
+    return _found(fit, straight.image, straight.scale, source, View(tilt, roll, depth), scale_sd, behind)
+
+
+def _fit(image: Picture, method: str, source: str, slope: float | None, roll: float) -> ShapeFit:
     from stripfold.film import cantilever, fold
 
-    view = view or View()
-    fit: ShapeFit
     if method == "fold":
-        fit = fold.measure(image, source)
-    else:
-        fit = cantilever.measure(image, source, None if slope is None else radians(slope), radians(view.roll))
-    # However the camera stood within its view.
+        return fold.measure(image, source)
+    return cantilever.measure(image, source, None if slope is None else radians(slope), radians(roll))
+
+
+def _found(
+    fit: ShapeFit, image: Picture, scale: float, source: str, view: View, scale_sd: float = 0.0, behind: bool = False
+) -> EtaB:
+    """The result, with the interval however the camera stood within its view.
+
+    ``behind``: the depth is known, and the middle of the band that is seen lies half of it, or half as much or half as
+    much again, behind the plane of the scale.
+    """
     low, high = (eta_b_of(unit * scale) for unit in reversed(fit.interval))
-    tilted, nearer = TILT_ERROR[method] * view.tilt, (1.0 - 0.5 * view.depth) ** 3
-    interval = low * nearer * (1.0 - tilted), high * (1.0 + tilted)
+    tilted = TILT_ERROR[fit.method] * view.tilt
+    nearer, middle, farther = (
+        (1.0 - share * view.depth) ** 3 for share in ((0.75, 0.5, 0.25) if behind else (0.5, 0.0, 0.0))
+    )
+    scaled = 3.0 * 1.96 * scale_sd
+    interval = low * nearer * (1.0 - tilted - scaled), high * farther * (1.0 + tilted + scaled)
     if interval[1] > MAX_INTERVAL_RATIO * interval[0]:
         found = f"the strip's shape leaves eta_b anywhere from {interval[0]:.3g} to {interval[1]:.3g} m^-4 s^2"
         needed = f"an interval narrower than a factor {MAX_INTERVAL_RATIO:g}"
         raise TrackingError(source, found, needed, "let 1 to 4 L* of it hang")
-    eta_b = eta_b_of(fit.unit * scale)
+    eta_b = eta_b_of(fit.unit * scale) * middle
     unit = Material(eta_b).gravity_length
-    return EtaB(eta_b, unit, interval, fit=fit, image=image, scale=scale, view=view)
+    return EtaB(eta_b, unit, interval, fit=fit, image=image, scale=scale, view=view, scale_sd=scale_sd)
 
 
 def _of_numbers(asked: EtaRequest) -> EtaB:
@@ -216,11 +284,13 @@ def eta_b(
     fold_height: float | None = None,
     image: str | os.PathLike[str] | None = None,
     scale: float | None = None,
+    ruler: str | None = None,
     method: Literal["fold", "cantilever"] | None = None,
     slope: float | None = None,
     tilt: float | None = None,
     roll: float | None = None,
     depth: float | None = None,
+    width: float | None = None,
     bending_length: float | None = None,
     rigidity: float | None = None,
     kes_b: float | None = None,
@@ -236,14 +306,20 @@ def eta_b(
     image
         a picture, upright, of such a loop or of a strip that hangs out of a clamp, with
     scale
-        m per pixel, and
+        m per pixel, or
+    ruler
+        "x1,y1,x2,y2,length": two marks of a ruler in it, pixels, and their distance, m; without either it shows the
+        plate, by which it is seen straight; and
     method
         "fold" or "cantilever".
     slope
         Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
     tilt, roll, depth
         What is not excluded of the camera, and so part of the interval: the angles of its axis to the strip's width and
-        of its rows to the horizontal, degrees, and the strip's width over its distance; 3, 1 and 0.05 if left out.
+        of its rows to the horizontal, degrees, and the strip's width over its distance; 3, 1 and 0.05 if left out, tilt
+        and roll beside the plate by that.
+    width
+        Of the strip beside the plate, m: the middle of the band that is seen lies behind the near edge.
     bending_length
         Peirce's bending length, m: it is L*; or
     rigidity

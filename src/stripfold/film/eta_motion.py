@@ -240,7 +240,7 @@ def _measure(
     groups = np.array_split(used[np.argsort(advance[used])], min(SHAPES, len(used) // 3))
     mirror, origin = np.array([gripper.direction, 1.0]), np.array([gripper.flat_end, 0.0])
     points = mirror * (tracks.points - origin)
-    camera = camera_place(mapping)
+    camera = mapping.camera_place
     flat_end_sd, offset_sd, mapping_sd = place_sd
     fitted_sd = float(np.hypot(PLACE_SD, mapping_sd))
     width = strip.width or WIDTH
@@ -303,16 +303,6 @@ def _snaps() -> tuple[Array, Array]:
     """Advance over height at the snap, ascending, and the logarithm of the height, L*; between them to 1e-3."""
     stars = np.geomspace(*STARS[::-1], 16)
     return np.array([elastica.critical(star).advance / star for star in stars]), np.log(stars)
-
-
-def camera_place(mapping: Mapping) -> Array:
-    """The camera's x and z, and its distance from the folding plane, m: of the homography and the camera's matrix."""
-    columns = np.linalg.inv(mapping.homography @ mapping.camera.matrix)
-    scale = np.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
-    first, second, origin = columns.T / scale
-    u, _, v = np.linalg.svd(np.column_stack([first, second, np.cross(first, second)]))
-    place = -(u @ v).T @ origin
-    return np.array([place[0], place[1], abs(place[2])])
 
 
 def _fitted(seen: _Seen) -> tuple[Array, Array, float]:

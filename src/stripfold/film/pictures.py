@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from PIL import Image, ImageOps
+from PIL.ExifTags import IFD, Base
 
 from stripfold.base.arrays import Picture
 from stripfold.base.errors import CalibrationError, InvalidInputError
@@ -19,6 +20,8 @@ MAX_PIXELS = 50_000_000
 SIDES = (32, 32_000)
 """Shortest and longest side, pixels; OpenCV cannot remap larger ones."""
 FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "WEBP")
+FILM = 36.0
+"""Longer side of the film for which EXIF data give a focal length, mm."""
 MAX_SCANS = 100
 """Scans of a progressive JPEG: cameras and programs write about ten, and each costs a pass over all pixels."""
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
@@ -54,6 +57,16 @@ def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
     except MemoryError as error:
         # A damaged file declares parts of any length, which are read at once.
         raise InvalidInputError("image", str(path), ALLOWED, "a part of it declares more than the memory") from error
+
+
+def focal_of(path: str | os.PathLike[str]) -> float | None:
+    """Read a camera's focal length over the longer side of its picture from the EXIF data; None: it does not say."""
+    try:
+        with Image.open(path, formats=FORMATS) as picture:
+            length = picture.getexif().get_ifd(IFD.Exif).get(Base.FocalLengthIn35mmFilm)
+    except (OSError, SyntaxError, ValueError):
+        return None
+    return float(length) / FILM if length else None
 
 
 @contextmanager

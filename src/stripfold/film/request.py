@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import hypot, isfinite, nan
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -27,12 +28,31 @@ PLAUSIBLE = {
 Of the fabrics in data/fabrics.csv none lies within these limits in that other unit."""
 
 
+def _scale_of(ruler: str) -> float:
+    """Size of a pixel by two marks of a ruler, m."""
+    try:
+        x1, y1, x2, y2, length = (float(part) for part in ruler.split(","))
+    except ValueError:
+        x1 = y1 = x2 = y2 = length = nan
+    apart = hypot(x2 - x1, y2 - y1)
+    if not (isfinite(apart) and apart >= 10.0 and 1e-3 <= length <= 10.0):
+        allowed = "five numbers with commas, marks 10 pixels or more apart and 1 mm to 10 m of length"
+        raise InvalidInputError("ruler", ruler, allowed, "as 120,40,620,44,0.1 for 10 cm")
+    return length / apart
+
+
 class EtaRequest(Input):
     """The source of a measured eta_b: the height of a fold or a hanging loop, a picture, or a bending test."""
 
     fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
     image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
-    scale: Annotated[Number | None, quantity("size of a pixel of the picture", "m")] = None
+    scale: Annotated[
+        Number | None, quantity("size of a pixel of the picture; without it the picture shows the plate", "m")
+    ] = None
+    ruler: Annotated[
+        Text | None,
+        Field(description="x1,y1,x2,y2,length: two marks of a ruler in the picture, pixels, and their distance, m"),
+    ] = None
     method: Annotated[
         Literal["fold", "cantilever"] | None, Field(description="content of the picture: a folded or a hanging strip")
     ] = None
@@ -72,6 +92,10 @@ class EtaRequest(Input):
         ),
     ] = None
 
+    width: Annotated[
+        Number | None,
+        quantity("width of the strip beside the plate: the middle of the band seen lies behind it", "m", gt=0, le=1.0),
+    ] = None
     loop: Annotated[
         Literal["heart", "pear"] | None,
         Field(description="strip that hangs from its ends, held together: these point upwards, or downwards"),
@@ -96,11 +120,15 @@ class EtaRequest(Input):
             raise InvalidInputError("gsm", MISSING if self.gsm is None else self.gsm, "this with rigidity or kes_b")
         if self.kes_2hb is not None and self.kes_b is None:
             raise InvalidInputError("kes_2hb", self.kes_2hb, "this only together with kes_b")
+        if self.ruler is not None:
+            if self.scale is not None:
+                raise InvalidInputError("ruler", self.ruler, "either this or a scale")
+            object.__setattr__(self, "scale", _scale_of(self.ruler))
         for source, key in (("image", "scale"), ("image", "method"), ("loop", "length"), ("loop", "height")):
             value, needed = getattr(self, key), getattr(self, source) is not None
             if value is not None and not needed:
-                raise InvalidInputError(key, value, f"this only together with {source}")
-            if value is None and needed:
+                raise InvalidInputError("ruler" if self.ruler else key, value, f"this only together with {source}")
+            if value is None and needed and key != "scale":
                 raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
         if self.length is not None and self.height is not None and self.height >= self.length:
             allowed = f"less than the length, {self.length:g} m"
@@ -108,6 +136,12 @@ class EtaRequest(Input):
         for key in ("tilt", "roll", "depth"):
             if getattr(self, key) is not None and self.image is None:
                 raise InvalidInputError(key, getattr(self, key), "this only together with image")
+        if self.width is not None and (self.image is None or self.scale is not None):
+            raise InvalidInputError(
+                "width", self.width, "this only together with the image of a plate, without a scale"
+            )
+        if self.width is not None and self.depth is not None:
+            raise InvalidInputError("depth", self.depth, "either this or the width")
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         for key, (low, high, other, factor) in PLAUSIBLE.items():

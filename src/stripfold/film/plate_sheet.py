@@ -1,0 +1,119 @@
+"""The sheet with the plates and the markers for the gripper, to be printed at its own size."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import cv2
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from stripfold.base.arrays import Array
+from stripfold.draw.style import MILLI, styled
+from stripfold.film.boards import Board, dictionary
+from stripfold.film.plate import CARD, FOOT, GRIPPERS, LONG, MARGIN, SIDE
+
+Paper = Literal["a4", "letter"]
+PAPERS = {"a4": (297.0, 210.0), "letter": (279.4, 215.9)}
+"""Width and height of a sheet on its side, mm."""
+INCH, EDGE, GAP = 25.4, 9.0, 9.0
+"""mm; from the paper's edge, where printers do not reach, and between the parts."""
+LINE = 100.0
+"""Length of the line to check the print with, mm."""
+RIM = 1.0 / 4.0
+"""White around a marker, over its side."""
+STEPS = (
+    "Print at 100 %, without fitting to the page; check the line. Glue the sheet on stiff board, cut along the grey lines.",
+    "Film: the long plate stands on the table on its lower edge, beside the cloth's held end and in the plane of its near",
+    "     edge; a small marker sticks on the gripper in the same plane. Phone on anything steady, on its side, a metre",
+    "     away, plate and fold wholly in view. Record: lay the strip flat, lift, pull steadily at 1 to 4 mm/s past the snap.",
+    "     stripfold measure FILM.mp4 --length 0.45",
+    "Photograph: the card stands beside the fold, or below a strip that hangs, in the plane of its near edge.",
+    "     stripfold eta --image PHOTO.jpg --method fold --width 0.03",
+)
+
+
+@styled
+def sheet(paper: Paper = "a4") -> Figure:
+    """Draw the sheet."""
+    width, height = PAPERS[paper]
+    fig = Figure(figsize=(width / INCH, height / INCH))
+    ax = fig.add_axes((0.0, 0.0, 1.0, 1.0))
+    ax.set(xlim=(0.0, width), ylim=(0.0, height))
+    ax.set_axis_off()
+    long, card = (_size(board) for board in (LONG, CARD))
+    left, low = 0.5 * (width - long[0]), EDGE
+    _board(ax, LONG, left, low)
+    low += long[1] + GAP
+    _board(ax, CARD, left, low)
+    across = left + card[0] + GAP
+    for number in GRIPPERS:
+        _marker(ax, number, across, low)
+        across += MILLI * SIDE * (1.0 + 2.0 * RIM) + GAP
+    low += max(card[1], MILLI * SIDE * (1.0 + 2.0 * RIM)) + GAP
+    ax.text(left, low, "\n".join(STEPS), fontsize=8.5, va="bottom", linespacing=1.4)
+    top, right = height - EDGE, width - left
+    ax.text(left, top, "stripfold: plate for films and photographs", fontsize=12, va="top")
+    ends = right - LINE, right
+    ax.plot(ends, (top - 4.0, top - 4.0), color="black", lw=0.6, solid_capstyle="butt")
+    for end in ends:
+        ax.plot((end, end), (top - 6.0, top - 2.0), color="black", lw=0.6)
+    ax.text(right - 0.5 * LINE, top - 3.0, f"{LINE:g} mm", ha="center", fontsize=8)
+    return fig
+
+
+def _size(board: Board) -> Array:
+    """Of a plate that is cut out, mm."""
+    side = MILLI * board.square
+    return side * np.array([board.columns + 2.0 * MARGIN, board.rows + FOOT + MARGIN])
+
+
+def _cut(ax: Axes, left: float, low: float, width: float, height: float) -> None:
+    ax.add_patch(Rectangle((left, low), width, height, fill=False, ec="0.6", lw=0.4))
+
+
+def _board(ax: Axes, board: Board, left: float, low: float) -> None:
+    """Draw a plate whose lower left corner, cut out, is at a place, mm."""
+    _cut(ax, left, low, *_size(board))
+    side = MILLI * board.square
+    origin = np.array([left + MARGIN * side, low + FOOT * side])
+    black = [(x, y) for y in range(board.rows) for x in range(board.columns) if (x + y) % 2 == 0]
+    squares = [Rectangle((x, y), side, side) for x, y in _upwards(np.array(black), board.rows) * side + origin]
+    known = board.charuco
+    for corners, number in zip(known.getObjPoints(), known.getIds(), strict=True):
+        x, down = MILLI * np.asarray(corners)[0, :2]
+        assert board.marker is not None
+        assert board.dictionary is not None
+        at = [*origin, x, board.rows * side - down]
+        squares += _cells(board.dictionary, int(number), at[0], at[1], MILLI * board.marker)
+    ax.add_collection(PatchCollection(squares, fc="black", ec="none"))
+
+
+def _upwards(places: Array, rows: int) -> Array:
+    """Lower left corners of squares, shape (n, 2), that are counted downwards."""
+    return np.column_stack([places[:, 0], rows - 1 - places[:, 1]])
+
+
+def _marker(ax: Axes, number: int, left: float, low: float) -> None:
+    side = MILLI * SIDE
+    rim = RIM * side
+    _cut(ax, left, low, side + 2.0 * rim, side + 2.0 * rim)
+    assert LONG.dictionary is not None
+    cells = _cells(LONG.dictionary, number, left + rim, low + rim + side, side)
+    ax.add_collection(PatchCollection(cells, fc="black", ec="none"))
+
+
+def _cells(name: str, number: int, left: float, top: float, side: float) -> list[Rectangle]:
+    """Black cells of a marker with its rim, by its upper left corner, mm; neighbours in a row are one rectangle."""
+    known = dictionary(name)
+    count = known.markerSize + 2
+    black = np.asarray(cv2.aruco.generateImageMarker(known, number, count)) == 0
+    cell, found = side / count, []
+    for i, row in enumerate(black):
+        edges = np.flatnonzero(np.diff(np.pad(row.astype(int), 1)))
+        for begin, end in edges.reshape(-1, 2):
+            found.append(Rectangle((left + begin * cell, top - (i + 1) * cell), (end - begin) * cell, cell))
+    return found
