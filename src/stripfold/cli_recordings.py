@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from stripfold.base.errors import InvalidInputError, require
-from stripfold.cli_commands import command, draw, given, lines, metres, options, plot_option, writable
+from stripfold.cli_commands import command, draw, given, lines, metres, number, options, plot_option, writable
 from stripfold.cli_messages import Say, write
 from stripfold.files.reporting import as_json, document
 
@@ -132,7 +132,12 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def measure_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md")
+    text = "a film with the plate in view, or a folder with recording.yaml, film and calibration: docs/measuring.md"
+    parser.add_argument("recording", metavar="FILM|FOLDER", help=text)
+    parser.add_argument("--length", type=metres, metavar="M", help="of the strip in a film, m")
+    parser.add_argument("--eta-b", type=number, metavar="X", help="of that strip, m^-4 s^2, if known")
+    parser.add_argument("--width", type=metres, metavar="M", help="of that strip, m, if known")
+    parser.add_argument("--camera", metavar="FILE", help="of that film, by stripfold calibrate [a usual phone's]")
 
 
 @command("lambda at the snap in a recording", measure_options)
@@ -140,10 +145,11 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
     """Follow strip and gripper through a recording, find the snap, and estimate its uncertainty."""
     require("vision")
     from stripfold.files import store
-    from stripfold.film.measure import RecordingMeasurement
+    from stripfold.film import measure as film
     from stripfold.film.recording import inside
 
-    folder = inside(Path(arguments.folder), "result", "output")
+    asked = Path(arguments.recording)
+    folder = Path(f"{asked.stem}-result") if asked.is_file() else inside(asked, "result", "output")
     if os.path.exists(folder) and not folder.is_dir():
         raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
     data, page = folder / "measurement.nc", folder / "report.html"
@@ -151,12 +157,14 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
         # A recording that is not there has an error of its own.
         if path.parent.is_dir():
             writable(path, arguments)
-    found = RecordingMeasurement.of(arguments.folder, say)
+    known = {name: getattr(arguments, name) for name in ("length", "eta_b", "width", "camera")}
+    found = film.measure(arguments.recording, **known, progress=say)
     say("writing the report")
     # Both or none.
     with store.atomic(data) as new_data, store.atomic(page) as new_page:
         found.to_netcdf(new_data)
         found.report(new_page)
     if arguments.json:
-        return as_json(document(found.to_dict(), {"folder": arguments.folder}))
+        inputs = {name: value for name, value in known.items() if value is not None}
+        return as_json(document(found.to_dict(), {"recording": arguments.recording} | inputs))
     return f"{found}\n{'written':<36} {page}, {data}"

@@ -21,6 +21,7 @@ from stripfold.base.errors import CalibrationError, InvalidInputError
 from stripfold.files.tables import read_table
 from stripfold.film.boards import Board, Corners, Refinement, detect
 from stripfold.film.camera import Camera, Mapping, fit_homography, fit_similarity, read_camera, rms, scale, transform
+from stripfold.film.camera_motion import FIRST, Shift, since_stops
 from stripfold.film.holder import Holder, holder_of
 from stripfold.film.pictures import one_thread, picture_files, read_calibration_picture
 from stripfold.film.recording import Entries, inside
@@ -345,6 +346,12 @@ class Calibration:
     board: Corners
     stops: Stops
     quality: dict[str, Any]
+    relative = False
+    """Whether places count from where the same marker was on the flat strip, so that its offset does not matter."""
+
+    def shift(self, film: Thumbnails, frames: slice = slice(FIRST), place: Array | None = None) -> Shift:
+        """Estimate how far some small frames of a film are shifted since the robot's stops: :func:`.since_stops`."""
+        return since_stops(self.stops.small, film, frames, place)
 
     def resample(self, random: np.random.Generator) -> Mapping:
         """Draw a mapping: the camera by its covariance, plane and robot with noise of the size of their residuals.

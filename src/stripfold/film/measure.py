@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from math import hypot, nan
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,19 +17,19 @@ from scipy.special import ndtri
 
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
-from stripfold.base.errors import MeasurementError
+from stripfold.base.errors import MISSING, InvalidInputError, MeasurementError
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows
 from stripfold.film import eta_motion, fitted, snap
 from stripfold.film import recording as recordings
-from stripfold.film.calibration import Calibration, calibrate_folder
-from stripfold.film.camera_motion import FIRST, Shift, since_stops
+from stripfold.film.calibration import calibrate_folder
+from stripfold.film.camera_motion import FIRST, Shift
 from stripfold.film.clock import Clock, read_log, synchronise
 from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
 from stripfold.film.recording import ManualOnset, Recording, compare
 from stripfold.film.snap import Speed
-from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Tracks, track
+from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Mapped, Tracks, track
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,7 +125,7 @@ class RecordingMeasurement(Result):
     """
 
     recording: Recording
-    calibration: Calibration
+    calibration: Mapped
     tracks: Tracks
     motion: Speed
     clock: Clock | None
@@ -270,13 +271,27 @@ class RecordingMeasurement(Result):
 
 
 @checked
-def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:
+def measure(
+    recording: str | os.PathLike[str],
+    *,
+    length: float | None = None,
+    eta_b: float | None = None,
+    width: float | None = None,
+    camera: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> RecordingMeasurement:
     """Measure lambda at the onset of the snap in a recording, with its uncertainty (docs/measuring.md).
 
     Parameters
     ----------
-    folder
-        With recording.yaml, the film and the calibration.
+    recording
+        A folder with recording.yaml, the film and the calibration, or a film with the plate in view.
+    length, eta_b, width
+        Of the strip in a film with the plate, m, m^-4 s^2 and m: its length, and, if known, its eta_b, for the model's
+        lambda_c, which else is that of the eta_b by the motion, and its width.
+    camera
+        File of that film's camera, as `stripfold calibrate` writes it; without it the lens is a part of the
+        uncertainty.
     progress
         Called with a line on what is being done.
 
@@ -287,11 +302,24 @@ def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None)
     MeasurementError
         The files can be read but not measured.
     """
-    return RecordingMeasurement.of(file_name("folder", folder), progress)
+    path = file_name("recording", recording)
+    given = {"length": length, "eta_b": eta_b, "width": width, "camera": camera}
+    if not Path(path).is_file():
+        for key, value in given.items():
+            if value is not None:
+                raise InvalidInputError(
+                    key, value, "this only together with a film with the plate", "in recording.yaml"
+                )
+        return RecordingMeasurement.of(path, progress)
+    from stripfold.film import phone
+
+    if length is None:
+        raise InvalidInputError("length", MISSING, "the length of the strip in a film with the plate, m")
+    return phone.of_film(path, length, eta_b, width, camera, progress)
 
 
 def evaluate(
-    recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
+    recording: Recording, calibration: Mapped, tracks: Tracks, manual: ManualOnset | None = None
 ) -> RecordingMeasurement:
     """The result of a recording whose film has been tracked; see :func:`measure`.
 
@@ -319,7 +347,7 @@ def evaluate(
 
 
 def _evaluate(
-    recording: Recording, calibration: Calibration, whole: Tracks, tracks: Tracks, manual: ManualOnset | None
+    recording: Recording, calibration: Mapped, whole: Tracks, tracks: Tracks, manual: ManualOnset | None
 ) -> RecordingMeasurement:
     """The result of one advance, from its ``tracks``; the clocks are those of the ``whole`` film."""
     compare(recording.entries, tracks)
@@ -360,7 +388,8 @@ def _evaluate(
         if recording.entries.gripper.template is not None:
             # The noise of the first frame, from which the template is, is the same in all.
             gripper_sd = hypot(gripper_sd, noise)
-        parts |= {"mapping": mapping_sd, "camera": camera_sd, "gripper": gripper_sd, "offset": offset_sd}
+        parts |= {"mapping": mapping_sd, "camera": camera_sd, "gripper": gripper_sd}
+        parts["offset"] = 0.0 if calibration.relative else offset_sd
     else:
         log = read_log(path)
         # A frame that repeats the one before shows the gripper where it was then.
@@ -511,16 +540,16 @@ def _gripper_at(tracks: Tracks, time: float) -> tuple[float, float, float]:
     return float(x), float(velocity), noise / float(np.sqrt(n))
 
 
-def _camera_at(calibration: Calibration, tracks: Tracks, time: float) -> Shift:
+def _camera_at(calibration: Mapped, tracks: Tracks, time: float) -> Shift:
     """Shift of the picture at the gripper since the robot's stops, at some time, s."""
     frame = int(np.searchsorted(tracks.timing.time, time))
     small = tracks.thumbnails
     first = int(np.clip(frame // small.every - FIRST // 2, 0, max(len(small.pictures) - FIRST, 0)))
     place = tracks.gripper.centre[min(frame, len(tracks.gripper.centre) - 1)]
-    return since_stops(calibration.stops.small, small, slice(first, first + FIRST), place)
+    return calibration.shift(small, slice(first, first + FIRST), place)
 
 
-def _mapping_sd(calibration: Calibration, tracks: Tracks, random: np.random.Generator) -> float:
+def _mapping_sd(calibration: Mapped, tracks: Tracks, random: np.random.Generator) -> float:
     """Standard deviation of x in the middle of the gripper's motion from the calibration, m."""
     middle = tracks.gripper.centre[len(tracks.gripper.centre) // 2][None]
     return float(np.std([calibration.resample(random).to_robot(middle)[0, 0] for _ in range(DRAWS)]))

@@ -26,10 +26,11 @@ LINE = 100.0
 RIM = 1.0 / 4.0
 """White around a marker, over its side."""
 STEPS = (
-    "Print at 100 %, without fitting to the page; check the line. Glue the sheet on stiff board, cut along the grey lines.",
-    "Film: the long plate stands on the table on its lower edge, beside the cloth's held end and in the plane of its near",
-    "     edge; a small marker sticks on the gripper in the same plane. Phone on anything steady, on its side, a metre",
-    "     away, plate and fold wholly in view. Record: lay the strip flat, lift, pull steadily at 1 to 4 mm/s past the snap.",
+    "Print at 100 %, without fitting to the page; check the line. Glue it on stiff board, cut along the grey lines.",
+    "Film: the long plate stands on the table on its lower edge, beside the cloth's held end and in the plane of its",
+    "     near edge; a small marker sticks on the gripper, above the cloth's end and in the same plane. Phone steady, on",
+    "     its side, a metre away, plate and fold wholly in view. Press record; the strip lies flat in the gripper; lift;",
+    "     pull steadily at 1 to 4 mm/s; let it snap.",
     "     stripfold measure FILM.mp4 --length 0.45",
     "Photograph: the card stands beside the fold, or below a strip that hangs, in the plane of its near edge.",
     "     stripfold eta --image PHOTO.jpg --method fold --width 0.03",

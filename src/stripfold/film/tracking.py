@@ -5,9 +5,11 @@ The strip is followed from frame to frame: each line guides the next search, and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from math import inf
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
@@ -16,7 +18,6 @@ from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import MeasurementError, TrackingError
 from stripfold.base.progress import Percent
 from stripfold.film import camera_motion, video
-from stripfold.film.calibration import Calibration
 from stripfold.film.camera import Mapping
 from stripfold.film.camera_motion import Shift
 from stripfold.film.decoding import CHANNELS
@@ -25,7 +26,7 @@ from stripfold.film.holder import holder_of
 from stripfold.film.line import Centreline, Followed, between_ends, find, follow, with_appearance
 from stripfold.film.line_kernels import GOOD, arc_length
 from stripfold.film.recording import Recording
-from stripfold.film.video import Frame, Thumbnails, Timing, VideoReport
+from stripfold.film.video import Frame, Reader, Thumbnails, Timing, VideoReport
 
 MIN_FRAMES = 10
 """Least number of frames of a film, and of those with the strip in it."""
@@ -120,8 +121,33 @@ class Tracks:
         )
 
 
-def track(recording: Recording, calibration: Calibration, progress: Callable[[str], None] | None = None) -> Tracks:
+class Mapped(Protocol):
+    """A calibration: by boards and stops of a robot, or by the plate."""
+
+    @property
+    def mapping(self) -> Mapping: ...
+
+    @property
+    def quality(self) -> dict[str, Any]: ...
+
+    @property
+    def relative(self) -> bool: ...
+
+    def resample(self, random: np.random.Generator) -> Mapping: ...
+
+    def shift(self, film: Thumbnails, frames: slice = ..., place: Array | None = ...) -> Shift: ...
+
+
+def track(
+    recording: Recording,
+    calibration: Mapped,
+    progress: Callable[[str], None] | None = None,
+    steady: Callable[[Frame], Frame] | None = None,
+    between: tuple[float, float] = (-inf, inf),
+) -> Tracks:
     """Follow the gripper and the strip through a recording's film.
+
+    ``steady``: makes of a frame one of a camera that stands still.  ``between``: first and last time, s.
 
     Raises InvalidInputError: the film cannot be read; MeasurementError: frames of another size than the calibration's
     pictures, few of them, a truncated video, or a knocked camera; TrackingError: gripper or strip lost.
@@ -139,7 +165,13 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     thumbnails = Thumbnails(size)
     tracked = Percent(progress, "tracking")
     with ExitStack() as stack:
-        shown = frames = stack.enter_context(video.read(path, recording.timestamps))
+
+        def opened(channel: int = 0) -> tuple[Reader, Iterator[Frame]]:
+            reader = stack.enter_context(video.read(path, recording.timestamps, channel))
+            return reader, _some(reader, steady, between)
+
+        reader, frames = opened()
+        shown = frames
         for frame in frames:
             if frame.image.shape[::-1] != size:
                 raise MeasurementError(
@@ -153,14 +185,14 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
                 grip = follow_gripper(frame)
             except TrackingError:
                 # Nor is the marker found again where the camera was knocked while it was hidden.
-                with camera_motion.since_stops(calibration.stops.small, thumbnails, slice(-1, None)).blamed():
+                with calibration.shift(thumbnails, slice(-1, None)).blamed():
                     raise
             grips.append(grip)
             end = mapping.to_pixels(mapping.to_robot(grip.centre[None]) + offset)[0]
-            if frame.index == 0 and frames.report.coloured:
-                channel = _clearest_channel(recording, follow_strip, frame, end, grip)
+            if frame.index == 0 and reader.report.coloured:
+                channel = _clearest_channel(opened, follow_strip, frame, end, grip)
                 # Luma is decoded already.
-                shown = stack.enter_context(video.read(path, recording.timestamps, channel)) if channel else frames
+                shown = opened(channel)[1] if channel else frames
             lines.append(None)
             if lost is None:
                 try:
@@ -170,9 +202,9 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
                         raise
                     lost = error
             doubled.append(frame.doubled)
-            if frames.report.duration:
-                tracked(min(frame.time / frames.report.duration, 1.0))
-        report = frames.report
+            if reader.report.duration:
+                tracked(min(frame.time / reader.report.duration, 1.0))
+        report = reader.report
     if len(grips) < MIN_FRAMES:
         advice = "record the whole motion of the gripper"
         raise MeasurementError(path.name, f"{len(grips)} frames", f"at least {MIN_FRAMES}", advice)
@@ -185,7 +217,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             "a camera that stands still",
             "film again, or cut the film there if that was before the gripper started or after the snap",
         )
-    camera = camera_motion.since_stops(calibration.stops.small, thumbnails)
+    camera = calibration.shift(thumbnails)
     if lost is not None and lines.count(None) > MAX_LOST * len(lines):
         with camera.blamed():
             raise lost
@@ -218,12 +250,28 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     )
 
 
-def _clearest_channel(recording: Recording, follow_strip: StripTracker, first: Frame, end: Array, grip: Grip) -> int:
+def _some(reader: Reader, steady: Callable[[Frame], Frame] | None, between: tuple[float, float]) -> Iterator[Frame]:
+    """The frames between two times, steady ones if asked for, with indices from 0 on."""
+    first: int | None = None
+    for frame in reader:
+        if between[0] <= frame.time <= between[1]:
+            first = frame.index if first is None else first
+            yield replace(frame if steady is None else steady(frame), index=frame.index - first)
+
+
+def _clearest_channel(
+    opened: Callable[[int], tuple[Reader, Iterator[Frame]]],
+    follow_strip: StripTracker,
+    first: Frame,
+    end: Array,
+    grip: Grip,
+) -> int:
     """In which channel of the film's first frame the strip is seen best."""
     clarity = [follow_strip.clarity(first.image, end, grip.corners)]
     for channel in range(1, len(CHANNELS)):
-        with video.read(recording.video, recording.timestamps, channel) as frames:
-            clarity.append(follow_strip.clarity(next(frames).image, end, grip.corners))
+        reader, frames = opened(channel)
+        clarity.append(follow_strip.clarity(next(frames).image, end, grip.corners))
+        reader.close()
     return int(np.argmax(clarity))
 
 

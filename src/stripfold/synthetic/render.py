@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from stripfold.base.arrays import Array
+from stripfold.film import plate
 from stripfold.film.boards import dictionary
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import Canvas, Light, Rays, View
@@ -100,6 +101,8 @@ class Renderer:
             self._hair(fine)
             x, _ = curve[-1]
             self.canvas.polygons((self._block((x - 0.004, x + 0.03), (-0.002, 0.012)), CLAMP))
+        if self.scene.filming.plate is not None:
+            self.canvas.polygons((self._plate[0], PAPER), (self._plate[1], INK))
         self._gripper(gripper)
         if occluder is not None:
             half = 0.5 * self.scene.filming.occluder
@@ -150,16 +153,39 @@ class Renderer:
         gripper = self.scene.gripper
         x, z = end - gripper.offset
         half = 0.5 * gripper.marker_size
-        plate = 1.4 * half
+        card = 1.4 * half
         self.canvas.polygons((self._block((x - 0.007, x + 0.007), (z, z + 1.0), y=0.004), ARM))
         tip = end[1] - gripper.finger
         finger = np.array([[x - 0.008, z], [end[0] - 0.0035, tip], [end[0] + 0.0035, tip], [x + 0.008, z]])
         self.canvas.polygons((self.view.in_plane(finger)[None], FINGER))
         self.canvas.polygons(
-            (self._block((x - plate, x + plate), (z - plate, z + plate)), PAPER),
+            (self._block((x - card, x + card), (z - card, z + card)), PAPER),
             (self._block((x - half, x + half), (z - half, z + half)), INK),
             (self.view.in_plane(np.array([x, z]) + self._cells), PAPER),
         )
+
+    @cached_property
+    def _plate(self) -> tuple[Array, Array]:
+        """Sheet, shape (1, k, 2), and black squares and cells of the plate, shape (n, k, 2), pixels."""
+        board, at, faces = plate.LONG, self.scene.filming.plate, np.array([self.depth, 1.0])
+        side, foot = board.square, plate.FOOT * board.square
+        upper, lower = plate.outline(board)
+        white = np.array([[upper[0], 0.0], [lower[0], 0.0], [lower[0], upper[1]], [upper[0], upper[1]]])[None]
+        square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        row, column = np.nonzero(np.indices((board.rows, board.columns)).sum(axis=0) % 2 == 0)
+        black = [
+            side * (square + np.array([x, board.rows - 1 - z])) + [0.0, foot] for z, x in zip(row, column, strict=True)
+        ]
+        for corners, number in zip(board.charuco.getObjPoints(), board.charuco.getIds(), strict=True):
+            x, down = np.asarray(corners)[0, :2]
+            ink = marker_cells(int(number))
+            cell = (board.marker or 0.0) / len(ink)
+            low = np.array([x, foot + board.rows * side - down])
+            black += [low + cell * (square + np.array([j, -1 - i])) for i, j in np.argwhere(ink == 0.0)]
+        # A camera behind the plane sees its print, too.
+        origin = np.array([at, 0.0])
+        sheet, ink_of = (self.view.in_plane(origin + divided(part, 6) * faces) for part in (white, np.array(black)))
+        return sheet, ink_of
 
     @cached_property
     def _cells(self) -> Array:

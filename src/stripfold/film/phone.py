@@ -1,0 +1,287 @@
+"""lambda from one film with the plate in view: no calibration, no description (docs/measuring.md).
+
+The film is read twice.  First the plate and the gripper's marker are followed: they say where the camera pointed in
+each frame, where the strip's end lay while the strip was flat, how high it was lifted, and when it was pulled.  Then
+the strip is followed while it is pulled, in frames that are shifted back to where the first ones were, and measured as
+in any other recording.  Places count from the flat strip with the same marker: neither its offset nor where the plate
+stands matters.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from scipy.ndimage import median_filter
+
+from stripfold.base.arrays import Array, Picture
+from stripfold.base.errors import MeasurementError, TrackingError
+from stripfold.base.material import Material
+from stripfold.base.progress import Percent
+from stripfold.files.reporting import Progress
+from stripfold.film import plate, snap, video
+from stripfold.film.boards import Refinement, refine, spacing
+from stripfold.film.camera import Camera, Mapping, fit_homography, fit_similarity, read_camera, rms, transform
+from stripfold.film.camera_motion import FIRST, Shift
+from stripfold.film.eta_motion import MotionEtaB, model_value
+from stripfold.film.gripper import Grip, GripperTracker, interpolate_gaps
+from stripfold.film.holder import Marker
+from stripfold.film.measure import RecordingMeasurement, evaluate
+from stripfold.film.pictures import one_thread
+from stripfold.film.plate import Seen
+from stripfold.film.recording import Entries, Recording
+from stripfold.film.tracking import track
+from stripfold.film.video import Frame, Thumbnails
+
+SHAKEN = 0.3
+"""Shift of a corner of the picture, pixels, from which frames are shifted back."""
+MAX_OFF = 2.0
+"""Distance of the plate's corners from where they were, shifted, pixels, from which they are hidden."""
+LENS_SD = 0.006
+"""Standard deviation of a phone's distortion k_1, which it corrects itself for the most part."""
+LIFTED, AT_REST = 0.004, 0.0015
+"""Height above the flat strip, m, from which the gripper lifts it; motion of one at rest, m."""
+HIGH = 0.97
+"""Share of the final height from which the strip is lifted."""
+FAST = 2.0
+"""Speed over the usual one of the pull, above which the gripper still approaches."""
+SETTLING = 0.4
+"""For how long after it the strip may swing, s."""
+FLAT_SD, OFFSET_SD = 2e-4, 4e-3
+"""Standard deviations, m: of where the flat strip's end is seen, and of the marker from above it, along x."""
+USUAL_HEIGHT = 3.5
+"""Height of the gripper, L*, by which eta_b is guessed before it is measured."""
+ADVICE = "start with the strip flat on the table in the gripper, then lift it, then pull it steadily"
+
+
+class _Scan(NamedTuple):
+    """The plate and the marker in all n frames: times, s, similarities from the first frames, shape (n, 3, 3), the
+    marker's centres, shifted back, shape (n, 2), pixels; which marker, and the plate as it was at first.
+    """
+
+    time: Array
+    moved: Array
+    centres: Array
+    marker: int
+    seen: Seen
+
+
+@dataclass(frozen=True, eq=False)
+class PlateCalibration:
+    """A mapping by the plate with its ``quality`` for reports; ``flat``, shape (2,): pixel of the marker on the flat
+    strip, from which places count.
+    """
+
+    mapping: Mapping
+    seen: Seen
+    flat: Array
+    quality: dict[str, Any]
+    relative = True
+
+    def resample(self, random: np.random.Generator) -> Mapping:
+        """Draw a mapping: the corners with noise, and a lens where none is known; the marker on the flat strip stays
+        where it is.
+        """
+        camera = self.mapping.camera
+        if not camera.distortion.any():
+            camera = replace(camera, distortion=np.array([random.normal(0.0, LENS_SD), 0.0, 0.0, 0.0, 0.0]))
+        noise = random.normal(0.0, self.seen.rms / np.sqrt(2.0), self.seen.corners.pixels.shape)
+        places = plate.places(self.seen.board, self.seen.corners)
+        drawn = Mapping(camera, fit_homography(camera.undistort(self.seen.corners.pixels + noise), places))
+        back = np.eye(3)
+        back[:2, 2] = (self.mapping.to_robot(self.flat[None]) - drawn.to_robot(self.flat[None]))[0]
+        return Mapping(camera, back @ drawn.homography)
+
+    def shift(self, film: Thumbnails, frames: slice = slice(FIRST), place: Array | None = None) -> Shift:
+        """None: the frames are shifted back."""
+        return Shift(0.0, 0.0, False)
+
+
+@one_thread()
+def of_film(
+    file: str | os.PathLike[str],
+    length: float,
+    eta_b: float | None = None,
+    width: float | None = None,
+    camera: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> RecordingMeasurement:
+    """Measure lambda at the onset of the snap in a film with the plate; see :func:`.measure`."""
+    path, say = Path(file), progress or (lambda _: None)
+    scan = _scan(path, None if camera is None else read_camera(Path(camera)), progress)
+    mapping = scan.seen.mapping
+    flat, lift = _flat(path.name, scan)
+    places = mapping.to_robot(scan.centres)
+    x, z = places[:, 0] - flat[0], places[:, 1] - flat[1]
+    direction = 1 if abs(x.max()) >= abs(x.min()) else -1
+    advance = direction * x
+    height = float(np.median(z[z > HIGH * z.max()]))
+    begin, end, speed = _pulled(path.name, scan.time, advance, z, height, lift)
+    unit = height / USUAL_HEIGHT if eta_b is None else Material(eta_b).gravity_length
+    described = eta_b or 1.0 / (unit**3 * 9.81)
+    entries = _entries(path, length, described, width, scan.marker, flat, height, direction, speed)
+    flat_pixel = scan.centres[: np.searchsorted(scan.time, lift)].mean(axis=0)
+    resolution = mapping.resolution(scan.centres[np.searchsorted(scan.time, begin)])
+    quality = {"camera_from": "plate", "resolution": resolution, "plate_rms": scan.seen.rms}
+    calibration = PlateCalibration(mapping, scan.seen, flat_pixel, quality)
+    recording = Recording(path.parent, entries)
+    tracks = track(recording, calibration, say, _Steady(scan), (begin, end))
+    say("measuring")
+    found = evaluate(recording, calibration, tracks)
+    if isinstance(found.eta_b, MotionEtaB):
+        interval = found.eta_b.low, found.eta_b.high
+        known = {"eta_b": found.eta_b.eta_b, "eta_b_interval": interval} if eta_b is None else {"eta_b": eta_b}
+        strip = entries.strip.model_copy(update=known)
+        entries = entries.model_copy(update={"strip": strip})
+        found = replace(found, recording=Recording(path.parent, entries), model=model_value(entries))
+    return found
+
+
+def _entries(
+    path: Path,
+    length: float,
+    eta_b: float,
+    width: float | None,
+    marker: int,
+    flat: Array,
+    height: float,
+    direction: int,
+    speed: float,
+) -> Entries:
+    """What a recording's description would say."""
+    board = plate.LONG.model_dump()
+    holder: dict[str, Any] = {"dictionary": plate.LONG.dictionary, "id": marker, "size": plate.SIDE}
+    holder |= {"offset": [0.0, -float(flat[1])], "offset_uncertainty": 1.96 * OFFSET_SD}
+    return Entries.of(
+        {
+            "title": path.stem,
+            "strip": {"length": length, "eta_b": eta_b} | ({} if width is None else {"width": width}),
+            "gripper": {
+                "height": height,
+                "speed": speed,
+                "flat_end": float(flat[0]),
+                "flat_end_uncertainty": 1.96 * FLAT_SD,
+                "direction": direction,
+                "marker": holder,
+            },
+            "video": path.name,
+            "camera": {"intrinsics": path.name},
+            "plane": {"image": path.name, "board": board},
+            "robot": {"grid": path.name},
+        }
+    )
+
+
+class _Steady:
+    """Shifts frames back to where the first ones were, by the plate."""
+
+    def __init__(self, scan: _Scan) -> None:
+        width, height = scan.seen.mapping.camera.size
+        corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+        away = [np.abs(transform(moved, corners) - corners).max() for moved in scan.moved]
+        self._moved = scan.moved if max(away) > SHAKEN else None
+
+    def __call__(self, frame: Frame) -> Frame:
+        if self._moved is None:
+            return frame
+        matrix, size = self._moved[frame.index][:2], frame.image.shape[::-1]
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        image = cv2.warpAffine(frame.image, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        return replace(frame, image=np.asarray(image, np.uint8))
+
+
+def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan:
+    """Follow the plate and the gripper's marker through the film.
+
+    Raises InvalidInputError: it cannot be read; TrackingError: plate or marker are not in view.
+    """
+    tracked, moved, grips, whole = Percent(progress, "reading the plate"), list[Array](), list[Grip](), list[Array]()
+    with video.read(path) as frames:
+        first = next(frames)
+        seen = plate.find(first.image, path.name, boards=(plate.LONG,))
+        marker = _marker(first.image, path.name)
+        follow = GripperTracker(Marker(str(plate.LONG.dictionary), marker), path.name)
+        known = seen.corners.pixels
+        half = max(3, int(seen.board.window * spacing(known)))
+        here = np.eye(3)
+        frame: Frame | None = first
+        while frame is not None:
+            corners = refine(frame.image, transform(here, known), Refinement(half))
+            fitted = fit_similarity(known, corners)
+            off = np.linalg.norm(transform(fitted, known) - corners, axis=1)
+            if np.median(off) < MAX_OFF:
+                clear = off < MAX_OFF
+                here = fit_similarity(known[clear], corners[clear])
+                if clear.all():
+                    whole.append(transform(np.linalg.inv(here), corners))
+            moved.append(here)
+            grips.append(follow(frame))
+            if frames.report.duration:
+                tracked(min(frame.time / frames.report.duration, 1.0))
+            frame = next(frames, None)
+    # The mean over all frames has hardly any noise left.
+    mean = np.mean(whole, axis=0) if whole else known
+    camera, places = camera or seen.mapping.camera, plate.places(seen.board, seen.corners)
+    mapping = Mapping(camera, fit_homography(camera.undistort(mean), places))
+    seen = Seen(seen.board, seen.corners._replace(pixels=mean), mapping, rms(mapping.to_pixels(places) - mean))
+    gripper = interpolate_gaps(grips, path.name)
+    back = np.linalg.inv(moved)
+    centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
+    return _Scan(gripper.time, np.array(moved), np.array(centres), marker, seen)
+
+
+def _marker(image: Picture, source: str) -> int:
+    """Which of the gripper's markers is in view."""
+    for number in plate.GRIPPERS:
+        if Marker(str(plate.LONG.dictionary), number).corners(image) is not None:
+            return number
+    needed = f"marker {' or '.join(map(str, plate.GRIPPERS))} of the plate's sheet on the gripper"
+    raise TrackingError(source, "no marker of the gripper in the first frame", needed)
+
+
+def _flat(source: str, scan: _Scan) -> tuple[Array, float]:
+    """Place of the marker while the strip lay flat, x and z, m, and the time at which it was lifted, s."""
+    places = scan.seen.mapping.to_robot(scan.centres)
+    z = median_filter(places[:, 1], 5, mode="nearest")
+    lifted = np.flatnonzero(z > z[0] + LIFTED)
+    found = ""
+    if not len(lifted):
+        found = "a gripper that is never lifted"
+    elif lifted[0] < 3:
+        found = "a film that begins with the gripper on its way up"
+    elif z.min() < z[0] - LIFTED:
+        found = f"a gripper that is {1e3 * (z[0] - z.min()):.0f} mm lower later than in the first frame"
+    if found:
+        raise MeasurementError(source, found, "the strip flat on the table in the first frames", ADVICE)
+    # At rest: before it moves.
+    start = places[: lifted[0]]
+    rest = np.linalg.norm(start - start[0], axis=1) < AT_REST
+    count = int(np.argmin(np.append(rest, False)))
+    return np.median(start[:count], axis=0), float(scan.time[max(count - 1, 1)])
+
+
+def _pulled(
+    source: str, time: Array, advance: Array, z: Array, height: float, lift: float
+) -> tuple[float, float, float]:
+    """Times from which on and up to which the strip is pulled steadily, s, and the speed, m/s."""
+    up = np.flatnonzero((z > HIGH * height) & (time > lift))
+    parts = [part for part in snap.advances(advance) if part.stop > up[0]]
+    if not parts:
+        raise MeasurementError(source, "a gripper that does not advance", "one that pulls the lifted strip", ADVICE)
+    part = slice(max(parts[0].start, int(up[0])), parts[0].stop)
+    t, x = time[part], advance[part]
+    if len(t) < 10:
+        raise MeasurementError(source, f"{len(t)} frames of the pull", "10 or more", ADVICE)
+    speed = np.gradient(median_filter(x, 5, mode="nearest"), t)
+    smooth = np.convolve(np.pad(speed, 4, mode="edge"), np.full(9, 1.0 / 9.0), "valid")
+    moving = smooth[smooth > 0.1 * np.quantile(smooth, 0.5)]
+    usual = float(np.median(moving)) if len(moving) else 0.0
+    if usual <= 0.0:
+        raise MeasurementError(source, "a gripper that does not advance", "one that pulls the lifted strip", ADVICE)
+    fast = np.flatnonzero(smooth > FAST * usual)
+    begin = float(t[fast[-1]] + SETTLING) if len(fast) else float(t[0])
+    return begin, float(t[-1]), usual
