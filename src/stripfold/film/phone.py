@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 from scipy.ndimage import median_filter
+from scipy.optimize import least_squares
 
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import MeasurementError, TrackingError
@@ -43,6 +44,9 @@ MAX_OFF = 2.0
 """Distance of the plate's corners from where they were, shifted, pixels, from which they are hidden."""
 LENS_SD = 0.006
 """Standard deviation of a phone's distortion k_1, which it corrects itself for the most part."""
+MARKERS, SIZE_SD, LEAST_NOISE = 60, 2e-3, 0.05
+"""Frames in which the marker's size counts, evenly along its way; its standard deviation, as a share; and least that of
+the plate's corners, pixels."""
 LIFTED, AT_REST = 0.004, 0.0015
 """Height above the flat strip, m, from which the gripper lifts it; motion of one at rest, m."""
 HIGH = 0.97
@@ -60,14 +64,68 @@ ADVICE = "start with the strip flat on the table in the gripper, then lift it, t
 
 class _Scan(NamedTuple):
     """The plate and the marker in all n frames: times, s, similarities from the first frames, shape (n, 3, 3), the
-    marker's centres, shifted back, shape (n, 2), pixels; which marker, and the plate as it was at first.
+    marker's corners, shifted back, shape (n, 4, 2), and centres, shape (n, 2), pixels; which marker, the plate's
+    corners, shifted back, and their mapping.
     """
 
     time: Array
     moved: Array
+    corners: Array
     centres: Array
     marker: int
     seen: Seen
+    mapped: _Mapped
+
+
+@dataclass(frozen=True, eq=False)
+class _Mapped:
+    """A mapping by the plate's corners and the size of the gripper's marker all along its way, which shows the lens.
+
+    ``values``: the homography's first eight entries over those of ``start``, k_1, and the marker's size over the
+    plate's; their ``covariance``.
+    """
+
+    start: Mapping
+    values: Array
+    covariance: Array
+
+    @property
+    def mapping(self) -> Mapping:
+        return _mapping(self.start, self.values)
+
+    def draw(self, random: np.random.Generator) -> Mapping:
+        """Draw a mapping by the covariance."""
+        return _mapping(self.start, random.multivariate_normal(self.values, self.covariance))
+
+
+def _mapping(start: Mapping, values: Array) -> Mapping:
+    homography = start.homography * np.append(values[:8], 1.0).reshape(3, 3)
+    distortion = start.camera.distortion + np.array([values[8], 0.0, 0.0, 0.0, 0.0])
+    return Mapping(replace(start.camera, distortion=distortion), homography)
+
+
+def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
+    """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too."""
+    start, places = seen.mapping, plate.places(seen.board, seen.corners)
+    start = Mapping(start.camera, start.homography / start.homography[2, 2])
+    x = corners.mean(axis=1)[:, 0]
+    order = np.argsort(x)
+    even = np.searchsorted(x[order], np.linspace(x.min(), x.max(), MARKERS))
+    chosen = corners[order[np.unique(even)]]
+    noise = max(seen.rms / np.sqrt(2.0), LEAST_NOISE)
+    sd = np.array([LENS_SD if lens else 1e-9, plate.SCALE_SD])
+
+    def rows(values: Array) -> Array:
+        mapping = _mapping(start, values)
+        off = mapping.to_pixels(places) - seen.corners.pixels
+        sides = mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
+        size = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2).mean(axis=1) / plate.SIDE
+        prior = (values[8:] - [0.0, 1.0]) / sd
+        return np.concatenate([off.ravel() / noise, (size - values[9]) / SIZE_SD, prior])
+
+    first = np.append(np.ones(8), [0.0, 1.0])
+    found = least_squares(rows, first, loss="soft_l1", x_scale=np.append(np.full(8, 1e-3), sd), max_nfev=30)
+    return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,24 +135,19 @@ class PlateCalibration:
     """
 
     mapping: Mapping
-    seen: Seen
+    mapped: _Mapped
     flat: Array
     quality: dict[str, Any]
     relative = True
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """Draw a mapping: the corners with noise, and a lens where none is known; the marker on the flat strip stays
-        where it is.
-        """
-        camera = self.mapping.camera
-        if not camera.distortion.any():
-            camera = replace(camera, distortion=np.array([random.normal(0.0, LENS_SD), 0.0, 0.0, 0.0, 0.0]))
-        noise = random.normal(0.0, self.seen.rms / np.sqrt(2.0), self.seen.corners.pixels.shape)
-        places = plate.places(self.seen.board, self.seen.corners)
-        drawn = Mapping(camera, fit_homography(camera.undistort(self.seen.corners.pixels + noise), places))
+        """Draw a mapping by its covariance, and the plate's scale; the marker on the flat strip stays where it is."""
+        drawn = self.mapped.draw(random)
+        scale = np.diag([*np.full(2, np.exp(random.normal(0.0, plate.SCALE_SD))), 1.0])
+        drawn = Mapping(drawn.camera, scale @ drawn.homography)
         back = np.eye(3)
         back[:2, 2] = (self.mapping.to_robot(self.flat[None]) - drawn.to_robot(self.flat[None]))[0]
-        return Mapping(camera, back @ drawn.homography)
+        return Mapping(drawn.camera, back @ drawn.homography)
 
     def shift(self, film: Thumbnails, frames: slice = slice(FIRST), place: Array | None = None) -> Shift:
         """None: the frames are shifted back."""
@@ -113,7 +166,7 @@ def of_film(
     """Measure lambda at the onset of the snap in a film with the plate; see :func:`.measure`."""
     path, say = Path(file), progress or (lambda _: None)
     scan = _scan(path, None if camera is None else read_camera(Path(camera)), progress)
-    mapping = scan.seen.mapping
+    mapping = scan.mapped.mapping
     flat, lift = _flat(path.name, scan)
     places = mapping.to_robot(scan.centres)
     x, z = places[:, 0] - flat[0], places[:, 1] - flat[1]
@@ -127,7 +180,7 @@ def of_film(
     flat_pixel = scan.centres[: np.searchsorted(scan.time, lift)].mean(axis=0)
     resolution = mapping.resolution(scan.centres[np.searchsorted(scan.time, begin)])
     quality = {"camera_from": "plate", "resolution": resolution, "plate_rms": scan.seen.rms}
-    calibration = PlateCalibration(mapping, scan.seen, flat_pixel, quality)
+    calibration = PlateCalibration(mapping, scan.mapped, flat_pixel, quality)
     recording = Recording(path.parent, entries)
     tracks = track(recording, calibration, say, _Steady(scan), (begin, end))
     say("measuring")
@@ -225,13 +278,15 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
             frame = next(frames, None)
     # The mean over all frames has hardly any noise left.
     mean = np.mean(whole, axis=0) if whole else known
-    camera, places = camera or seen.mapping.camera, plate.places(seen.board, seen.corners)
-    mapping = Mapping(camera, fit_homography(camera.undistort(mean), places))
+    lens, places = camera or seen.mapping.camera, plate.places(seen.board, seen.corners)
+    mapping = Mapping(lens, fit_homography(lens.undistort(mean), places))
     seen = Seen(seen.board, seen.corners._replace(pixels=mean), mapping, rms(mapping.to_pixels(places) - mean))
     gripper = interpolate_gaps(grips, path.name)
     back = np.linalg.inv(moved)
     centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
-    return _Scan(gripper.time, np.array(moved), np.array(centres), marker, seen)
+    corners = np.array([transform(one, four) for one, four in zip(back, gripper.corners, strict=True)])
+    mapped = _mapped(seen, corners[gripper.tracked], lens=camera is None)
+    return _Scan(gripper.time, np.array(moved), corners, np.array(centres), marker, seen, mapped)
 
 
 def _marker(image: Picture, source: str) -> int:
@@ -245,7 +300,7 @@ def _marker(image: Picture, source: str) -> int:
 
 def _flat(source: str, scan: _Scan) -> tuple[Array, float]:
     """Place of the marker while the strip lay flat, x and z, m, and the time at which it was lifted, s."""
-    places = scan.seen.mapping.to_robot(scan.centres)
+    places = scan.mapped.mapping.to_robot(scan.centres)
     z = median_filter(places[:, 1], 5, mode="nearest")
     lifted = np.flatnonzero(z > z[0] + LIFTED)
     found = ""
