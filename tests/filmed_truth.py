@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stripfold.base.arrays import Array
 from stripfold.files import store
 
 RAISED, SWING, FOLLOWING = 0.1, 0.35, 0.4
@@ -23,6 +24,11 @@ def event_of(folder: Path) -> tuple[float, float]:
     truth = store.read(folder / "truth.nc", ("time", "advance", "curve"))
     touch = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["events"]["touch"]["t"]
     t, lam, curve = truth["time"].values, truth["advance"].values, truth["curve"].values.astype(np.float64)
+    return onset_of(t, lam, curve, touch)
+
+
+def onset_of(t: Array, lam: Array, curve: Array, touch: float) -> tuple[float, float]:
+    """The same of a motion: times, s, lambda, m, curves, shape (m, n, 2), m, and when the layers touch, s."""
     height = curve[0, :, 1]
     raised = slice(0, int(np.flatnonzero(height > RAISED * height[0])[-1]) + 1)
     speed = np.sqrt(np.mean(np.sum(np.gradient(curve[:, raised], t, axis=0) ** 2, axis=2), axis=1))

@@ -28,9 +28,9 @@ RIM = 1.0 / 4.0
 STEPS = (
     "Print at 100 %, without fitting to the page; check the line. Glue it on stiff board, cut along the grey lines.",
     "Film: the long plate stands on the table on its lower edge, beside the cloth's held end and in the plane of its",
-    "     near edge; a small marker sticks on the gripper, above the cloth's end and in the same plane. Phone steady, on",
-    "     its side, a metre away, plate and fold wholly in view. Press record while the strip lies flat in the gripper,",
-    "     lift it, pull steadily at 1 to 4 mm/s, let it snap.",
+    "     near edge; a small marker sticks on the gripper, above the cloth's end, in the same plane. Phone steady, on its",
+    "     side, a metre away, plate and fold wholly in view. Press record while the strip lies flat in the gripper, lift",
+    "     it, pull steadily at 1 to 4 mm/s, let it snap.",
     "     stripfold measure FILM.mp4 --length 0.45",
     "Photograph: the card stands beside the fold, or below a strip that hangs, in the plane of its near edge.",
     "     stripfold eta --image PHOTO.jpg --method fold --width 0.03",
@@ -90,7 +90,7 @@ def _board(ax: Axes, board: Board, left: float, low: float) -> None:
         assert board.dictionary is not None
         at = [*origin, x, board.rows * side - down]
         squares += _cells(board.dictionary, int(number), at[0], at[1], MILLI * board.marker)
-    ax.add_collection(PatchCollection(squares, fc="black", ec="none"))
+    ax.add_collection(PatchCollection(squares, fc="black", ec="none", antialiased=False))
 
 
 def _upwards(places: Array, rows: int) -> Array:
@@ -104,7 +104,7 @@ def _marker(ax: Axes, number: int, left: float, low: float) -> None:
     _cut(ax, left, low, side + 2.0 * rim, side + 2.0 * rim)
     assert LONG.dictionary is not None
     cells = _cells(LONG.dictionary, number, left + rim, low + rim + side, side)
-    ax.add_collection(PatchCollection(cells, fc="black", ec="none"))
+    ax.add_collection(PatchCollection(cells, fc="black", ec="none", antialiased=False))
 
 
 def _cells(name: str, number: int, left: float, top: float, side: float) -> list[Rectangle]:

@@ -36,7 +36,11 @@ def history_of(scene: Scene) -> History:
         from stripfold.synthetic.dynamics import history
     else:
         from stripfold.synthetic.shapes import history
-    return history(scene)
+    if scene.filming.plate is None:
+        return history(scene)
+    from stripfold.synthetic.lead import with_lead
+
+    return with_lead(history(scene), scene)
 
 
 def write_calibration(scene: Scene, folder: Path) -> None:

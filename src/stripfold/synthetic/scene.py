@@ -118,7 +118,8 @@ class Filming(Input):
     log_rate: Annotated[Number, quantity("rows of the robot's log per second", "s^-1", ge=5.0, le=1000.0)] = 100.0
     log_offset: Annotated[Number, quantity("robot's clock at time 0 of the video", "s", ge=-1e4, le=1e4)] = 0.0
     plate: Place | None = None
-    """x of the left edge of the plate's squares, which stands on the table in the folding plane."""
+    """x of the left edge of the plate's squares, which stands on the table in the folding plane.  With it the film
+    begins with the flat strip."""
     board: Literal["chessboard", "charuco"] = "chessboard"
     views: Annotated[Whole, quantity("pictures of the board for the intrinsics", ge=4, le=40)] = 10
 

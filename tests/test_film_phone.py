@@ -1,0 +1,141 @@
+"""One film with the plate in view, from the flat strip through the snap: lambda without a calibration."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+import stripfold as sf
+from filmed_truth import onset_of
+from stripfold.base.arrays import Array
+from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
+from stripfold.cli import main
+from stripfold.film.eta_motion import MotionEtaB
+from stripfold.synthetic.recording import history_of, write_recording
+from stripfold.synthetic.scene import Scene
+
+LENGTH, ETA_B, SPEED = 0.45, 3780.0, 0.004
+SCENE: dict[str, Any] = {
+    "length": LENGTH,
+    "eta_b": ETA_B,
+    "height": 0.1,
+    "speed": SPEED,
+    "generator": "dynamics",
+    "motion": {"friction_moment_star": 0.01, "before": 0.016, "after": 0.5, "model": "rod", "refinement": 1.0},
+    "strip": {"width": 0.02},
+    "gripper": {"marker": 40, "offset": [0.002, -0.032]},
+    "filming": {
+        "size": [960, 540],
+        "field": 0.84,
+        "distance": 0.8,
+        "target": [0.14, 0.1],
+        "tilt": 4.0,
+        "yaw": 2.0,
+        "roll": 1.5,
+        "distortion": [-0.006, 0.0, 0.0, 0.0],
+        "plate": 0.28,
+        "codec": "mpeg4",
+        "container": "mp4",
+        "frame_rate": 25.0,
+        "views": 4,
+    },
+    "seed": 3,
+}
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """A film, and lambda at its onset by the motion itself, m."""
+    folder = tmp_path_factory.mktemp("phone") / "recording"
+    scene = Scene(**SCENE)
+    history = history_of(scene)
+    write_recording(history, scene, folder)
+    advance = history.gripper[:, 0] - scene.flat_end
+    pulled = history.t > history.t[int(np.argmax(np.gradient(advance) > 0.0))] + 3.0
+    slow = pulled & (np.gradient(advance, history.t) < 1.5 * SPEED) & (np.gradient(advance, history.t) > 0.5 * SPEED)
+    begin = int(np.flatnonzero(~slow[: int(np.searchsorted(history.t, history.touch))])[-1]) + 1
+    part = slice(begin, None)
+    _, event = onset_of(history.t[part], advance[part], history.curve[part], history.touch)
+    return folder / "video.mp4", event
+
+
+def altered(film: Path, target: Path, matrices: Iterator[Array]) -> Path:
+    """The film as of a camera that moves: ``matrices``, shape (2, 3), of each frame; it ends with them."""
+    with av.open(film) as source, av.open(target, "w") as sink:
+        read = source.streams.video[0]
+        size = read.width, read.height
+        made = sink.add_stream("mpeg4", rate=25)
+        made.width, made.height = size
+        made.pix_fmt, made.bit_rate = "yuv420p", 8_000_000
+        for frame, matrix in zip(source.decode(read), matrices, strict=False):
+            grey = frame.to_ndarray(format="gray")
+            moved = cv2.warpAffine(grey, matrix, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+            sink.mux(made.encode(av.VideoFrame.from_ndarray(moved, format="gray").reformat(format="yuv420p")))
+        sink.mux(made.encode())
+    return target
+
+
+def test_lambda_of_a_film_alone(filmed: tuple[Path, float]):
+    film, truth = filmed
+    found = sf.measure(film, length=LENGTH, width=0.02)
+    assert found.snap
+    assert found.event == pytest.approx(truth, abs=1.5e-3)
+    low, high = found.interval
+    assert low < truth < high
+    assert high - low < 6e-3
+    assert found.speed == pytest.approx(SPEED, rel=0.02)
+    entries = found.recording.entries
+    assert entries.gripper.height == pytest.approx(0.1, abs=1e-3)
+    if isinstance(found.eta_b, MotionEtaB):
+        assert found.eta_b.low < ETA_B < found.eta_b.high
+        assert found.model.without_friction == pytest.approx(truth, rel=0.06)
+
+
+@pytest.mark.parametrize("kind", ["sag", "zoom"])
+def test_a_camera_that_moves_does_not_matter(filmed: tuple[Path, float], tmp_path: Path, kind: str):
+    """By 10 pixels, or by one per cent: it would be wrong by 9 mm, or by 3."""
+    film, truth = filmed
+    shares = np.linspace(0.0, 1.0, 500)
+    moved = (
+        np.array([[1.0, 0.0, -10.0 * q], [0.0, 1.0, 6.0 * q]])
+        if kind == "sag"
+        else np.array([[1.0 + 0.01 * q, 0.0, -4.8 * q], [0.0, 1.0 + 0.01 * q, -2.7 * q]])
+        for q in shares
+    )
+    found = sf.measure(altered(film, tmp_path / "moved.mp4", moved), length=LENGTH)
+    assert found.event == pytest.approx(truth, abs=1.5e-3)
+
+
+def test_the_command_line_writes_a_report(
+    filmed: tuple[Path, float], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    film, truth = filmed
+    assert main(["measure", str(film), "--length", str(LENGTH), "--eta-b", str(ETA_B), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["lambda_event"] == pytest.approx(truth, abs=1.5e-3)
+    assert told["inputs"]["length"] == LENGTH
+    assert (tmp_path / "video-result" / "report.html").is_file()
+    assert main(["measure", str(film)]) == 2
+    assert "length is missing" in capsys.readouterr().err
+    assert main(["measure", str(tmp_path), "--length", "0.45"]) == 2
+    assert "only together with a film" in capsys.readouterr().err
+
+
+def test_what_is_not_the_protocol_is_refused(filmed: tuple[Path, float], tmp_path: Path):
+    film, _ = filmed
+    still = (np.eye(2, 3) for _ in range(20))
+    with pytest.raises(MeasurementError, match="a gripper that is never lifted"):
+        sf.measure(altered(film, tmp_path / "flat.mp4", still), length=LENGTH)
+    cut = (np.array([[1.0, 0.0, 400.0], [0.0, 1.0, 0.0]]) for _ in range(20))
+    with pytest.raises(TrackingError, match="no plate"):
+        sf.measure(altered(film, tmp_path / "cut.mp4", cut), length=LENGTH)
+    with pytest.raises(InvalidInputError, match=r"strip\.length = 45"):
+        sf.measure(film, length=45.0)
