@@ -28,9 +28,9 @@ RIM = 1.0 / 4.0
 STEPS = (
     "Print at 100 %, without fitting to the page; check the line. Glue it on stiff board, cut along the grey lines.",
     "Film: the long plate stands on the table on its lower edge, beside the cloth's held end and in the plane of its",
-    "     near edge; a small marker sticks on the gripper, above the cloth's end, in the same plane. Phone steady, on its",
-    "     side, a metre away, plate and fold wholly in view. Press record while the strip lies flat in the gripper, lift",
-    "     it, pull steadily at 1 to 4 mm/s, let it snap.",
+    "     near edge; a small marker sticks on the gripper, above the cloth's end, in the same plane. Phone steady, on",
+    "     its side, a metre away, plate and fold wholly in view. Press record while the strip lies flat, gripped;",
+    "     lift it, pull steadily at 1 to 4 mm/s, let it snap.",
     "     stripfold measure FILM.mp4 --length 0.45",
     "Photograph: the card stands beside the fold, or below a strip that hangs, in the plane of its near edge.",
     "     stripfold eta --image PHOTO.jpg --method fold --width 0.03",
@@ -55,7 +55,7 @@ def sheet(paper: Paper = "a4") -> Figure:
         _marker(ax, number, across, low)
         across += MILLI * SIDE * (1.0 + 2.0 * RIM) + GAP
     low += max(card[1], MILLI * SIDE * (1.0 + 2.0 * RIM)) + GAP
-    ax.text(left, low, "\n".join(STEPS), fontsize=8.5, va="bottom", linespacing=1.4)
+    ax.text(left, low, "\n".join(STEPS), fontsize=8.5, va="bottom", linespacing=1.25)
     top, right = height - EDGE, width - left
     ax.text(left, top, "stripfold: plate for films and photographs", fontsize=12, va="top")
     ends = right - LINE, right
@@ -88,7 +88,7 @@ def _board(ax: Axes, board: Board, left: float, low: float) -> None:
         x, down = MILLI * np.asarray(corners)[0, :2]
         assert board.marker is not None
         assert board.dictionary is not None
-        at = [*origin, x, board.rows * side - down]
+        at = origin + np.array([x, board.rows * side - down])
         squares += _cells(board.dictionary, int(number), at[0], at[1], MILLI * board.marker)
     ax.add_collection(PatchCollection(squares, fc="black", ec="none", antialiased=False))
 
