@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
+from stripfold.base.arrays import Array
 from stripfold.base.material import GRAVITY
 from stripfold.files import store
 from stripfold.synthetic import recording
@@ -224,6 +225,11 @@ def truth_of(folder: Path) -> tuple[float, float]:
     truth = store.read(folder / "truth.nc", ("time", "advance", "curve"))
     touch = known["events"]["touch"]["t"]
     t, lam, curve = truth["time"].values, truth["advance"].values, truth["curve"].values.astype(np.float64)
+    return onset_of(t, lam, curve, touch)
+
+
+def onset_of(t: Array, lam: Array, curve: Array, touch: float) -> tuple[float, float]:
+    """The same of a motion: times, s, lambda, m, curves, shape (m, n, 2), m, and when the layers touch, s."""
     height = curve[0, :, 1]
     raised = slice(0, int(np.flatnonzero(height > RAISED * height[0])[-1]) + 1)
     speed = np.sqrt(np.mean(np.sum(np.gradient(curve[:, raised], t, axis=0) ** 2, axis=2), axis=1))
