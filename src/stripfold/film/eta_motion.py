@@ -40,6 +40,8 @@ SHAPES, MIN_FRAMES = 10, 5
 """Number of shapes, each the mean of successive frames; least number of frames."""
 ENDS = 2
 """Stations at each end of the strip that are left out: fingers hide them."""
+ASIDE_SD = 0.6
+"""Standard deviation of the depth by which a strip is fitted that is seen from aside, in widths."""
 WIDTH = 0.04
 """Width of a strip of which none is described, m: the middle of what docs/measuring.md asks for."""
 PLACE_SD = 2e-4
@@ -179,16 +181,19 @@ def measure(
     by_video: float,
     snapped: bool,
     place_sd: tuple[float, float, float],
+    aside: bool = False,
 ) -> MotionEtaB | MeasurementError:
     """Fit eta_b to the frames in which the strip follows its gripper, or say why there is none.
 
     ``event``, ``by_video``: advance at the onset of the snap, or at the end where there was none, and by the video
-    alone, m.  ``place_sd``: standard deviations of the flat end, of the offset and by the calibration, m.
+    alone, m.  ``place_sd``: standard deviations of the flat end, of the offset and by the calibration, m.  ``aside``:
+    the offset is fitted, too, and the camera, whose distance is known roughly, sees the strip from aside.
 
-    Raises ContradictionError: the shapes are a strip's, but with another flat end or offset than the given one.
+    Raises ContradictionError: the shapes are a strip's, but with another flat end or offset than the given one; not
+    where the strip is seen from ``aside``.
     """
     try:
-        return _measure(recording, mapping, tracks, event, by_video - event, snapped, place_sd)
+        return _measure(recording, mapping, tracks, event, by_video - event, snapped, place_sd, aside)
     except ContradictionError:
         raise
     except MeasurementError as error:
@@ -225,6 +230,7 @@ def _measure(
     error: float,
     snapped: bool,
     place_sd: tuple[float, float, float],
+    aside: bool,
 ) -> MotionEtaB:
     """The same with the ``error`` of advances by the video, m; raises :class:`MeasurementError`."""
     entries = recording.entries
@@ -243,7 +249,9 @@ def _measure(
     camera = mapping.camera_place
     flat_end_sd, offset_sd, mapping_sd = place_sd
     fitted_sd = float(np.hypot(PLACE_SD, mapping_sd))
+    further_sd = float(np.hypot(fitted_sd, offset_sd)) if aside else fitted_sd
     width = strip.width or WIDTH
+    depth_sd = (ASIDE_SD if aside else DEPTH_SD) * width
     known, friction = False, 0.0
     if strip.friction_moment is not None and strip.rho_a is not None:
         known, friction = True, strip.friction_moment / (strip.rho_a * GRAVITY)
@@ -255,12 +263,12 @@ def _measure(
         height=float(np.median(tracks.gripped_end[used, 1])),
         expected=np.array([np.log(unit), 0.5 * width, friction, 0.0, 0.0, 0.0]),
         # What a fit would make of M_0 is worse than what a bending test says.
-        sd=np.array([np.inf, DEPTH_SD * width, 1e-4 * unit**2 if known else np.inf, fitted_sd, fitted_sd, 0.0]),
+        sd=np.array([np.inf, depth_sd, 1e-4 * unit**2 if known else np.inf, further_sd, fitted_sd, 0.0]),
     )
     asked = [(END, flat_end_sd)] if recording.robot_log is not None else [(END, flat_end_sd), (FURTHER, offset_sd)]
     others_sd = max(flat_end_sd, offset_sd)
     pulls = tuple(pull for which, sd in asked if (pull := _pull(seen, gripper, which, sd, others_sd)) is not None)
-    for pull in sorted(pulls, key=lambda pull: -abs(pull.deviations)):
+    for pull in () if aside else sorted(pulls, key=lambda pull: -abs(pull.deviations)):
         if abs(pull.deviations) > DEVIATIONS:
             raise ContradictionError(pull)
     values, covariance, residual = _fitted(seen)
@@ -272,7 +280,7 @@ def _measure(
         raise MisfitError(residual, unit)
     friction_sd = DESCRIBED_FRICTION_SD * friction if known else FRICTION_SD * unit**2
     # Of the flat end and of the height the fit takes small errors only: so a wrong description is seen in the misfit.
-    known_sd = np.array([friction_sd, np.hypot(flat_end_sd, offset_sd), offset_sd])
+    known_sd = np.array([friction_sd, flat_end_sd if aside else np.hypot(flat_end_sd, offset_sd), offset_sd])
     sd_log = np.linalg.norm([np.sqrt(covariance[0, 0]), *(known_sd * covariance[0, 2:] / np.diag(covariance)[2:])])
     spread = float(np.exp(3.0 * 1.96 * sd_log))
     eta_b = 1.0 / (GRAVITY * unit**3)

@@ -25,7 +25,7 @@ from stripfold.film import recording as recordings
 from stripfold.film.calibration import calibrate_folder
 from stripfold.film.camera_motion import FIRST, Shift
 from stripfold.film.clock import Clock, read_log, synchronise
-from stripfold.film.eta_motion import ContradictionError, ModelValue, MotionEtaB, model_value
+from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
 from stripfold.film.recording import ManualOnset, Recording, compare
 from stripfold.film.snap import Speed
@@ -417,20 +417,13 @@ def _evaluate(
         flags.append(Flag(NOTE, text))
     event = by_video if clock is None else by_log
     place_sd = flat_end_sd, offset_sd, mapping_sd
-    eta_b: MotionEtaB | MeasurementError
-    try:
-        eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, place_sd)
-    except ContradictionError as error:
-        if not calibration.relative:
-            raise
-        # The flat end was seen, not given: the strip slipped, or is seen from far aside.
-        eta_b = error
-        flags.append(Flag(WARNING, f"{error.found}: did the strip slip, or lie in waves?"))
+    mapping, aside = calibration.mapping, calibration.relative
+    eta_b = eta_motion.measure(recording, mapping, tracks, event, by_video, snapped, place_sd, aside)
     if text := eta_motion.doubted(eta_b):
         flags.append(Flag(WARNING, text))
     if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
         flags.append(Flag(NOTE, text))
-    if not isinstance(eta_b, ContradictionError) and (not isinstance(eta_b, MotionEtaB) or not eta_b.pulls):
+    if not isinstance(eta_b, MotionEtaB) or not eta_b.pulls:
         flags.append(Flag(NOTE, "whether flat_end and offset are right is not known from the strip's shapes"))
     return RecordingMeasurement(
         recording=recording,
