@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -101,3 +104,23 @@ def test_what_cannot_be() -> None:
         sf.Monitor(sf.Strip(length=0.1, eta_b=3780.0))
     with pytest.raises(sf.InvalidInputError, match="strip"):
         sf.Monitor(0.5)  # type: ignore[arg-type]
+
+
+def test_lines_are_answered_while_they_come(monitor: sf.Monitor) -> None:
+    """Each before the next one is sent."""
+    command = [sys.executable, "-m", "stripfold", "monitor", "--length", str(STRIP.length), "--eta-b", str(STRIP.eta_b)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline() == "x,z,margin,x_near,z_near,energy\n"
+        for sent, x, z in (("-0.05,0.09", -0.05, 0.09), ("0.01 0.1", 0.01, 0.1)):
+            process.stdin.write(f"{sent}\n")
+            process.stdin.flush()
+            told = [float(value) for value in process.stdout.readline().split(",")]
+            assert told == pytest.approx([x, z, *map(float, monitor(x, z))], rel=1e-5)
+        process.stdin.write("0.01 up\n")
+        process.stdin.close()
+        assert "line 3 = '0.01 up'" in process.stderr.read()
+        assert process.wait() == 2

@@ -39,7 +39,9 @@ def completion(arguments: argparse.Namespace, _: Say) -> str:
     return str(shtab.complete(_parser(list(COMMANDS)), arguments.shell))
 
 
-ORDER = "critical sweep eta simulate film path plan map assess plate record calibrate measure new completion doctor"
+ORDER = (
+    "critical sweep eta simulate film path plan map assess monitor plate record calibrate measure new completion doctor"
+)
 COMMANDS = {name: commands.COMMANDS[name] for name in ORDER.split()}
 
 
@@ -87,7 +89,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             commands.check_outputs(arguments, arguments.parser, command.named_after)
             answer = command.run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)
-        write(said)
+        if said:
+            write(said)
         return code
     except BrokenPipeError:
         # What is left in the buffers is written when Python ends, and would fail again.

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
+import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
@@ -420,6 +423,40 @@ def map_(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.ask.map import StabilityMap
 
     return answer(StabilityMap.of(asked, say), arguments)
+
+
+def monitor_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.ask.inputs import MapInputs
+
+    options(parser, MapInputs, (*STRIP, "rho_a"))
+
+
+@command("margins of places that come line by line, while a robot moves", monitor_options)
+def monitor(arguments: argparse.Namespace, say: Say) -> str:
+    """Read x and z of the grasp, m, origin mid-strip on the floor, from lines of standard input, and print for each how
+    far it is from where the strip snaps, m, the nearest such place, m, and the energy of a fall, J/m."""
+    from stripfold.ask.inputs import UNSTRETCHED, MapInputs
+
+    asked = _asked(arguments, MapInputs, eta_m=UNSTRETCHED)
+    from stripfold.ask.monitor import Monitor
+    from stripfold.ask.strip import Strip
+    from stripfold.cli_messages import write
+
+    reading = Monitor(Strip(asked.length, asked.eta_b, rho_a=asked.rho_a))
+    names = ("x", "z", "margin", "x_near", "z_near", "energy")
+    if not arguments.json:
+        write(",".join(names))
+    for number, line in enumerate(sys.stdin, 1):
+        try:
+            x, z = map(float, line.replace(",", " ").split())
+            if not (isfinite(x) and isfinite(z)):
+                raise ValueError
+        except ValueError:
+            raise InvalidInputError(f"line {number}", line.strip()[:40], "x and z in m, as -0.05,0.09") from None
+        values = [float(f"{value:.6g}") for value in (x, z, *map(float, reading(x, z)))]
+        row = {name: value if isfinite(value) else None for name, value in zip(names, values, strict=True)}
+        write(json.dumps(row) if arguments.json else ",".join(f"{value:g}" for value in values))
+    return ""
 
 
 def assess_options(parser: argparse.ArgumentParser) -> None:
