@@ -47,6 +47,8 @@ LENS = 0.004
 """Standard deviation of k_1 of the lens."""
 SLACK, TICK = 0.25, Fraction(1, 60000)
 """Share of the frames' distance by which those of an uneven film are off; unit of their times, s."""
+DEPTH_SD, PRINT_SD = 0.002, 0.0015
+"""Standard deviations of the plate's distance from the plane of the gripper's marker, m, and of the print's scale."""
 BESIDE = 0.04
 """Distance of the plate from the strip's held end, m."""
 LIFT, DRAW = 1.5, 3.0
@@ -138,6 +140,8 @@ def _scene(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
             "field": FIELD,
             "target": (0.15, 0.1),
             "plate": 0.5 * length + BESIDE,
+            "plate_depth": float(random.normal(0.0, DEPTH_SD)),
+            "plate_scale": float(random.normal(1.0, PRINT_SD)),
             "frame_rate": rate,
             "distortion": (float(random.normal(0.0, LENS)), 0.0, 0.0, 0.0),
             "light": float(random.choice([0.4, 0.6, 0.9])),
@@ -219,13 +223,14 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
     foot, margin = round(60 * plate.FOOT), round(60 * plate.MARGIN)
     paper = np.pad(print_of, ((margin, foot), (margin, margin)), constant_values=255)
     low = np.array([BESIDE - plate.MARGIN * board.square, 0.0]) - middle
-    paper_size = board.square / 60.0 * np.array(paper.shape[::-1])
+    paper_size = random.normal(1.0, PRINT_SD) * board.square / 60.0 * np.array(paper.shape[::-1])
+    depth = float(random.normal(0.0, DEPTH_SD))
     noise = random.standard_normal((size[1] + 64, size[0] + 64)).astype(np.float32)
 
     def at(t: float) -> Picture:
         curve = state(t)
         canvas = studio.frame(_refined(curve), curve[0])
-        studio.print(canvas, low, paper_size, paper)
+        studio.print(canvas, low, paper_size, paper, depth)
         x, y = random.integers(0, 64, 2)
         light = camera.seen(canvas, f["blur"])
         return exposed(light, f["gain"], f["gamma"], noise[y : y + size[1], x : x + size[0]], f["read"], 1.0)

@@ -57,6 +57,7 @@ CALIBRATION = {
     ),
     "camera_split_half": Entry("difference of two halves of the views", "mm", 1e3),
     "camera_inflation": Entry("factor on its uncertainty, from their scatter"),
+    "plate_rms": Entry("corners of the plate off a plane", "px"),
     "plane_rms": Entry("corners off the folding plane", "px", 1.0, f"at most {MAX_PLANE_RMS:g} px"),
     "resolution": Entry("size of a pixel there", "mm", 1e3),
     "stops": Entry("stops of the robot", mark=f"at least {calibration.MIN_STOPS}"),

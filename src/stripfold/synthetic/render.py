@@ -183,8 +183,11 @@ class Renderer:
             low = np.array([x, foot + board.rows * side - down])
             black += [low + cell * (square + np.array([j, -1 - i])) for i, j in np.argwhere(ink == 0.0)]
         # A camera behind the plane sees its print, too.
-        origin = np.array([at, 0.0])
-        sheet, ink_of = (self.view.in_plane(origin + divided(part, 6) * faces) for part in (white, np.array(black)))
+        filming, origin = self.scene.filming, np.array([at, 0.0])
+        scale, depth = filming.plate_scale * faces, self.depth * filming.plate_depth
+        sheet, ink_of = (
+            self.view.in_plane(origin + divided(part, 6) * scale, depth) for part in (white, np.array(black))
+        )
         return sheet, ink_of
 
     @cached_property

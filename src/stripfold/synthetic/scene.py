@@ -120,6 +120,9 @@ class Filming(Input):
     plate: Place | None = None
     """x of the left edge of the plate's squares, which stands on the table in the folding plane.  With it the film
     begins with the flat strip."""
+    plate_depth: Place = 0.0
+    """Of the plate behind the folding plane."""
+    plate_scale: Annotated[Number, quantity("size of the printed plate over that asked for", ge=0.9, le=1.1)] = 1.0
     board: Literal["chessboard", "charuco"] = "chessboard"
     views: Annotated[Whole, quantity("pictures of the board for the intrinsics", ge=4, le=40)] = 10
 

@@ -219,11 +219,12 @@ class Studio:
         sheet(canvas, texture, self.camera.on_canvas(middle + signs @ np.stack([right, down])))
         return canvas
 
-    def print(self, canvas: Canvas, low: Array, size: Array, tones: Canvas) -> None:
-        """An upright print in the folding plane, grey values ``tones``: its lower left corner and its size, m."""
+    def print(self, canvas: Canvas, low: Array, size: Array, tones: Canvas, depth: float = 0.0) -> None:
+        """An upright print behind the folding plane, grey values ``tones``: its lower left corner, size and depth, m."""
         corners = low + size * np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
-        shown = ((INK + (PAPER - INK) * tones / 255.0) * FULL * self._lit(np.array([0.0, -1.0, 0.0]))).astype(np.uint8)
-        sheet(canvas, shown, self.camera.on_canvas(_at(corners, 0.0)))
+        light = FULL * self._lit(np.array([0.0, -1.0, 0.0]))
+        shown = ((INK + (PAPER - INK) * tones / 255.0) * light).astype(np.uint8)
+        sheet(canvas, shown, self.camera.on_canvas(_at(corners, depth)))
 
     def gripper(self, canvas: Canvas, end: Array) -> None:
         """The finger, the arm and the marker's card of a gripper that holds the strip's end at x and z."""
