@@ -149,7 +149,9 @@ def _eta_b_rows(found: RecordingMeasurement) -> list[tuple[str, str]]:
     if isinstance(eta_b, MeasurementError):
         return [("eta_b by the motion", f"none: {eta_b.found}")]
     described = found.recording.entries.strip.eta_b
-    text = f"{eta_b.eta_b:.4g} m^-4 s^2, 95 % interval {eta_b.low:.4g} to {eta_b.high:.4g}, described {described:.4g}"
+    text = f"{eta_b.eta_b:.4g} m^-4 s^2, 95 % interval {eta_b.low:.4g} to {eta_b.high:.4g}"
+    if described != eta_b.eta_b:  # else it was not known, and is this one
+        text += f", described {described:.4g}"
     friction = f"M_0 = {eta_b.friction:.2g} rho_a g L*^2, {'as described' if eta_b.known else 'fitted beside it'}"
     pulled = [
         (f"{pull.name} by the shapes", f"{1e3 * pull.off:+.1f} mm from the given one, SD {_millimetres(pull.sd, 1)}")

@@ -220,7 +220,7 @@ class Studio:
         return canvas
 
     def print(self, canvas: Canvas, low: Array, size: Array, tones: Canvas, depth: float = 0.0) -> None:
-        """An upright print behind the folding plane, grey values ``tones``: its lower left corner, size and depth, m."""
+        """An upright print behind the folding plane, in grey values: its lower left corner, size and depth, m."""
         corners = low + size * np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
         light = FULL * self._lit(np.array([0.0, -1.0, 0.0]))
         shown = ((INK + (PAPER - INK) * tones / 255.0) * light).astype(np.uint8)
