@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -203,3 +204,26 @@ def test_a_ruler_is_a_scale(tmp_path: Path):
     for wrong in ("100,40,500,40", "1,2,3,2,0.1", "100,40,500,40,100"):
         with pytest.raises(InvalidInputError, match="ruler"):
             sf.eta_b(image=file, method="fold", ruler=wrong)
+
+
+def test_several_photographs_in_one_call(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Each with its own view; together they are no less certain than the scale, and no more than they scatter."""
+    files = []
+    for number, (tilt, roll) in enumerate(((2.0, 0.0), (5.0, 4.0), (3.0, -5.0))):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        files.append(saved(photograph(camera(tilt, 2.0 - number, roll, (-0.02, 0.03)), folded(), 0.02, 0.06), folder))
+    command = ["eta", "--image", *files, "--method", "fold", "--width", "0.02"]
+    assert main(command) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in said] == ["photo.jpg"] * 3 + ["eta_b", "95"]
+    assert main([*command, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["eta_b"] == pytest.approx(ETA_B, rel=0.04)
+    assert told["eta_b_lower"] < ETA_B < told["eta_b_upper"]
+    assert 0.0 < told["scatter"] < 0.05
+    assert [one["image"] for one in told["pictures"]] == files
+    single = [one["eta_b"] for one in told["pictures"]]
+    assert told["eta_b"] == pytest.approx(np.exp(np.mean(np.log(single))))
+    assert main([*command, "--picture", str(tmp_path / "fit.png")]) == 2
+    assert "only together with one image" in capsys.readouterr().err

@@ -155,8 +155,9 @@ def writable(path: Path, arguments: argparse.Namespace, name: str = "output") ->
         raise InvalidInputError(name, str(path), "a file, or nothing yet", "remove the folder")
     if not os.path.isdir(path.parent):
         raise InvalidInputError(name, str(path), "a path in an existing folder", f"make {path.parent} first")
-    inputs = [getattr(arguments, key, None) for key in INPUTS]
-    if path.exists() and any(file and os.path.exists(file) and path.samefile(file) for file in inputs):
+    named = [getattr(arguments, key, None) for key in INPUTS]
+    inputs = [file for one in named for file in (one if isinstance(one, list) else [one]) if file]
+    if path.exists() and any(os.path.exists(file) and path.samefile(file) for file in inputs):
         raise InvalidInputError(name, str(path), "another file than the input", "it would be replaced")
     try:
         with TemporaryDirectory(prefix=".stripfold-", dir=path.parent) as folder:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from stripfold.base.errors import InvalidInputError, require
 from stripfold.cli_commands import command, draw, given, lines, metres, number, options, plot_option, writable
 from stripfold.cli_messages import Say, write
 from stripfold.files.reporting import as_json, document
+
+if TYPE_CHECKING:
+    from stripfold.film.eta import EtaB
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +22,7 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
 
     source = parser.add_mutually_exclusive_group(required=True)
     options(source, EtaRequest, ("fold_height",))
-    options(source, EtaRequest, ("image",), metavar="FILE")
+    options(source, EtaRequest, ("image",), metavar="FILE", nargs="+")
     options(source, EtaRequest, ("loop", "bending_length", "rigidity", "kes_b"))
     options(parser, EtaRequest, ("ruler",), metavar="X1,Y1,X2,Y2,M")
     options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth", "width"))
@@ -31,14 +36,36 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     a picture of such a loop or of a strip that hangs out of a clamp."""
     from stripfold.film.request import EtaRequest
 
-    asked = EtaRequest(**given(arguments, EtaRequest))
-    if arguments.picture is not None and asked.image is None:
-        raise InvalidInputError("picture", str(arguments.picture), "this only together with image")
+    inputs = given(arguments, EtaRequest)
+    images = inputs.pop("image", [None])
+    asked = [EtaRequest(**inputs, image=image) for image in images]
+    if arguments.picture is not None and (images[0] is None or len(images) > 1):
+        raise InvalidInputError("picture", str(arguments.picture), "this only together with one image")
     from stripfold.film.eta import EtaB
 
-    found = EtaB.of(asked)
-    draw(found, arguments.picture)
-    return as_json(document(found.to_dict(), given(arguments, EtaRequest))) if arguments.json else str(found)
+    found = [EtaB.of(one) for one in asked]
+    if len(found) > 1:
+        return _several(images, found, inputs | {"image": images}, arguments.json)
+    draw(found[0], arguments.picture)
+    given_image = {} if images[0] is None else {"image": images[0]}
+    return as_json(document(found[0].to_dict(), inputs | given_image)) if arguments.json else str(found[0])
+
+
+def _several(images: Sequence[str], found: Sequence[EtaB], inputs: dict[str, Any], in_json: bool) -> str:
+    """What several pictures of one cloth say, each and together."""
+    from stripfold.film.eta import together
+
+    eta_b, (low, high), scatter = together(found)
+    if in_json:
+        numbers = {"eta_b": eta_b, "eta_b_lower": low, "eta_b_upper": high, "scatter": scatter}
+        pictures = [{"image": image} | one.to_dict() for image, one in zip(images, found, strict=True)]
+        return as_json(document(numbers | {"pictures": pictures}, inputs))
+    each = [
+        (Path(image).name, f"{one.eta_b:.6g} m^-4 s^2, 95 % {one.interval[0]:.6g} to {one.interval[1]:.6g}")
+        for image, one in zip(images, found, strict=True)
+    ]
+    said = f"{low:.6g} to {high:.6g} m^-4 s^2; the pictures scatter by {scatter:.1%}"
+    return lines([*each, ("eta_b", f"{eta_b:.6g} m^-4 s^2"), ("  95 %", said)])
 
 
 def plate_options(parser: argparse.ArgumentParser) -> None:

@@ -12,10 +12,11 @@ the cloth.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, degrees, hypot, isnan, nan, radians
+from math import atan2, degrees, hypot, isnan, nan, radians, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -271,6 +272,31 @@ def _of_numbers(asked: EtaRequest) -> EtaB:
     unit = Material(eta_b).gravity_length
     moment = nan if asked.kes_2hb is None else 0.5 * KES_HB * asked.kes_2hb
     return EtaB(eta_b, unit, friction_moment=moment, friction_moment_star=moment / (rho_a * GRAVITY * unit**2))
+
+
+class Together(NamedTuple):
+    """What several pictures of one cloth say: the geometric mean of their eta_b, its 95 % interval, m^-4 s^2, and their
+    scatter, a standard deviation as a share.
+    """
+
+    eta_b: float
+    interval: tuple[float, float]
+    scatter: float
+
+
+def together(found: Sequence[EtaB]) -> Together:
+    """Combine two or more pictures: what is uncertain in each, as the scale, may be so in the same way in all.
+
+    The interval is the median one of a picture, widened by the error of the mean of what differs between them.
+    """
+    from scipy.special import stdtrit
+
+    logs = np.log([one.eta_b for one in found])
+    low, high = np.median(np.log([one.interval for one in found]) - logs[:, None], axis=0)
+    scatter = float(np.std(logs, ddof=1))
+    of_mean = float(stdtrit(len(logs) - 1, 0.975)) * scatter / sqrt(len(logs))
+    ends = np.exp(logs.mean() + np.array([-np.hypot(low, of_mean), np.hypot(high, of_mean)]))
+    return Together(float(np.exp(logs.mean())), (float(ends[0]), float(ends[1])), scatter)
 
 
 def eta_b_of(unit: float) -> float:
