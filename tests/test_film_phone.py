@@ -93,9 +93,10 @@ def test_lambda_of_a_film_alone(filmed: tuple[Path, float]):
     assert found.speed == pytest.approx(SPEED, rel=0.02)
     entries = found.recording.entries
     assert entries.gripper.height == pytest.approx(0.1, abs=1e-3)
-    if isinstance(found.eta_b, MotionEtaB):
-        assert found.eta_b.low < ETA_B < found.eta_b.high
-        assert found.model.without_friction == pytest.approx(truth, rel=0.06)
+    assert isinstance(found.eta_b, MotionEtaB)
+    assert found.eta_b.low < ETA_B < found.eta_b.high
+    assert found.model.without_friction == pytest.approx(truth, rel=0.06)
+    assert not any("described" in flag.text for flag in found.flags)
 
 
 @pytest.mark.parametrize("kind", ["sag", "zoom"])
@@ -127,6 +128,20 @@ def test_the_command_line_writes_a_report(
     assert "length is missing" in capsys.readouterr().err
     assert main(["measure", str(tmp_path), "--length", "0.45"]) == 2
     assert "only together with a film" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("end", [9.4, 10.2])
+def test_a_film_that_ends_before_the_snap_shows_none(filmed: tuple[Path, float], tmp_path: Path, end: float):
+    """A bound, or too few frames for one: the fast way to the start is no snap."""
+    film, truth = filmed
+    short = altered(film, tmp_path / "short.mp4", (np.eye(2, 3) for _ in range(int(25.0 * end))))
+    try:
+        found = sf.measure(short, length=LENGTH)
+    except MeasurementError as error:
+        assert "too fast" in str(error)
+    else:
+        assert not found.snap
+        assert truth - 0.02 < found.event < truth
 
 
 def test_what_is_not_the_protocol_is_refused(filmed: tuple[Path, float], tmp_path: Path):

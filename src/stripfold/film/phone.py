@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import MeasurementError, TrackingError
-from stripfold.base.material import Material
+from stripfold.base.material import GRAVITY
 from stripfold.base.progress import Percent
 from stripfold.files.reporting import Progress
 from stripfold.film import plate, snap, video
@@ -51,14 +51,15 @@ LIFTED, AT_REST = 0.004, 0.0015
 """Height above the flat strip, m, from which the gripper lifts it; motion of one at rest, m."""
 HIGH = 0.97
 """Share of the final height from which the strip is lifted."""
-FAST = 2.0
-"""Speed over the usual one of the pull, above which the gripper still approaches."""
+CRAWLING, PULLING, FAST = 2e-4, 0.15, 2.0
+"""Speed above which the gripper advances, m/s; quantile of such speeds that is the pull's, as all else is faster; and
+speed over that, above which it still approaches."""
 SETTLING = 0.4
 """For how long after it the strip may swing, s."""
 FLAT_SD, OFFSET_SD = 2e-4, 4e-3
 """Standard deviations, m: of where the flat strip's end is seen, and of the marker from above it, along x."""
-USUAL_HEIGHT = 3.5
-"""Height of the gripper, L*, by which eta_b is guessed before it is measured."""
+USUAL_HEIGHT, UNKNOWN = 3.5, 10.0
+"""Height of the gripper, L*, by which eta_b is guessed before it is measured; factor within which it then is."""
 ADVICE = "start with the strip flat on the table in the gripper, then lift it, then pull it steadily"
 
 
@@ -174,9 +175,7 @@ def of_film(
     advance = direction * x
     height = float(np.median(z[z > HIGH * z.max()]))
     begin, end, speed = _pulled(path.name, scan.time, advance, z, height, lift)
-    unit = height / USUAL_HEIGHT if eta_b is None else Material(eta_b).gravity_length
-    described = eta_b or 1.0 / (unit**3 * 9.81)
-    entries = _entries(path, length, described, width, scan.marker, flat, height, direction, speed)
+    entries = _entries(path, length, eta_b, width, scan.marker, flat, height, direction, speed)
     flat_pixel = scan.centres[: np.searchsorted(scan.time, lift)].mean(axis=0)
     resolution = mapping.resolution(scan.centres[np.searchsorted(scan.time, begin)])
     quality = {"camera_from": "plate", "resolution": resolution, "plate_rms": scan.seen.rms}
@@ -197,7 +196,7 @@ def of_film(
 def _entries(
     path: Path,
     length: float,
-    eta_b: float,
+    eta_b: float | None,
     width: float | None,
     marker: int,
     flat: Array,
@@ -205,14 +204,20 @@ def _entries(
     direction: int,
     speed: float,
 ) -> Entries:
-    """What a recording's description would say."""
+    """What a recording's description would say; an unknown eta_b may be anything, until it is measured."""
+    strip: dict[str, Any] = {"length": length, "eta_b": eta_b}
+    if eta_b is None:
+        guess = 1.0 / (GRAVITY * (height / USUAL_HEIGHT) ** 3)
+        strip |= {"eta_b": guess, "eta_b_interval": (guess / UNKNOWN, guess * UNKNOWN)}
+    if width is not None:
+        strip["width"] = width
     board = plate.LONG.model_dump()
     holder: dict[str, Any] = {"dictionary": plate.LONG.dictionary, "id": marker, "size": plate.SIDE}
     holder |= {"offset": [0.0, -float(flat[1])], "offset_uncertainty": 1.96 * OFFSET_SD}
     return Entries.of(
         {
             "title": path.stem,
-            "strip": {"length": length, "eta_b": eta_b} | ({} if width is None else {"width": width}),
+            "strip": strip,
             "gripper": {
                 "height": height,
                 "speed": speed,
@@ -333,8 +338,8 @@ def _pulled(
         raise MeasurementError(source, f"{len(t)} frames of the pull", "10 or more", ADVICE)
     speed = np.gradient(median_filter(x, 5, mode="nearest"), t)
     smooth = np.convolve(np.pad(speed, 4, mode="edge"), np.full(9, 1.0 / 9.0), "valid")
-    moving = smooth[smooth > 0.1 * np.quantile(smooth, 0.5)]
-    usual = float(np.median(moving)) if len(moving) else 0.0
+    moving = smooth[smooth > CRAWLING]
+    usual = float(np.quantile(moving, PULLING)) if len(moving) else 0.0
     if usual <= 0.0:
         raise MeasurementError(source, "a gripper that does not advance", "one that pulls the lifted strip", ADVICE)
     fast = np.flatnonzero(smooth > FAST * usual)
