@@ -82,8 +82,9 @@ class _Scan(NamedTuple):
 class _Mapped:
     """A mapping by the plate's corners and the size of the gripper's marker all along its way, which shows the lens.
 
-    ``values``: the homography's first eight entries over those of ``start``, k_1, and the marker's size over the
-    plate's; their ``covariance``.
+    ``values``: eight entries of what is added to the unit matrix to make the homography of that of ``start``, for
+    places from the middle of the picture over its longer side; k_1; and the marker's size over the plate's; their
+    ``covariance``.
     """
 
     start: Mapping
@@ -100,7 +101,11 @@ class _Mapped:
 
 
 def _mapping(start: Mapping, values: Array) -> Mapping:
-    homography = start.homography * np.append(values[:8], 1.0).reshape(3, 3)
+    size = np.array(start.camera.size)
+    middle, side = 0.5 * (size - 1.0), float(size.max())
+    inner = np.array([[1.0, 0.0, -middle[0]], [0.0, 1.0, -middle[1]], [0.0, 0.0, side]]) / side
+    change = np.eye(3) + np.append(values[:8], 0.0).reshape(3, 3)
+    homography = start.homography @ np.linalg.inv(inner) @ change @ inner
     distortion = start.camera.distortion + np.array([values[8], 0.0, 0.0, 0.0, 0.0])
     return Mapping(replace(start.camera, distortion=distortion), homography)
 
@@ -108,7 +113,6 @@ def _mapping(start: Mapping, values: Array) -> Mapping:
 def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
     """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too."""
     start, places = seen.mapping, plate.places(seen.board, seen.corners)
-    start = Mapping(start.camera, start.homography / start.homography[2, 2])
     x = corners.mean(axis=1)[:, 0]
     order = np.argsort(x)
     even = np.searchsorted(x[order], np.linspace(x.min(), x.max(), MARKERS))
@@ -124,7 +128,7 @@ def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
         prior = (values[8:] - [0.0, 1.0]) / sd
         return np.concatenate([off.ravel() / noise, (size - values[9]) / SIZE_SD, prior])
 
-    first = np.append(np.ones(8), [0.0, 1.0])
+    first = np.append(np.zeros(8), [0.0, 1.0])
     found = least_squares(rows, first, loss="soft_l1", x_scale=np.append(np.full(8, 1e-3), sd), max_nfev=30)
     return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac))
 
