@@ -12,12 +12,14 @@ import av
 import cv2
 import numpy as np
 import pytest
+import yaml
 
 import stripfold as sf
 from filmed_truth import onset_of
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
 from stripfold.cli import main
+from stripfold.film import plate
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
@@ -98,6 +100,22 @@ def test_lambda_of_a_film_alone(filmed: tuple[Path, float]):
     assert found.eta_b.low < ETA_B < found.eta_b.high
     assert found.model.without_friction == pytest.approx(truth, rel=0.06)
     assert not any("described" in flag.text for flag in found.flags)
+
+
+def test_a_known_lens_narrows_the_interval(filmed: tuple[Path, float], tmp_path: Path):
+    """What is left is for the print and for where the plate stands."""
+    film, truth = filmed
+    known = json.loads((film.parent / "truth.json").read_text(encoding="utf-8"))["camera"]
+    width, height = SCENE["filming"]["size"]
+    matrices = {"camera_matrix": (3, 3, known["matrix"]), "distortion_coefficients": (1, 5, known["distortion"])}
+    camera: dict[str, Any] = {"image_width": width, "image_height": height}
+    camera |= {name: {"rows": m, "cols": n, "data": np.ravel(of).tolist()} for name, (m, n, of) in matrices.items()}
+    (tmp_path / "camera.yaml").write_text(yaml.safe_dump(camera), encoding="utf-8")
+    free = sf.measure(film, length=LENGTH)
+    found = sf.measure(film, length=LENGTH, camera=tmp_path / "camera.yaml")
+    assert found.event == pytest.approx(truth, abs=1e-3)
+    assert found.parts["mapping"] < 0.97 * free.parts["mapping"]
+    assert found.parts["mapping"] > 0.9 * plate.SCALE_SD * truth
 
 
 @pytest.mark.parametrize("kind", ["sag", "zoom"])

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,7 +29,7 @@ from stripfold.film import plate, snap, video
 from stripfold.film.boards import Refinement, refine, spacing
 from stripfold.film.camera import Camera, Mapping, fit_homography, fit_similarity, read_camera, rms, transform
 from stripfold.film.camera_motion import FIRST, Shift
-from stripfold.film.eta_motion import MotionEtaB, model_value
+from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.gripper import Grip, GripperTracker, interpolate_gaps
 from stripfold.film.holder import Marker
 from stripfold.film.measure import RecordingMeasurement, evaluate
@@ -193,8 +194,9 @@ def of_film(
         known = {"eta_b": found.eta_b.eta_b, "eta_b_interval": interval} if eta_b is None else {"eta_b": eta_b}
         strip = entries.strip.model_copy(update=known)
         entries = entries.model_copy(update={"strip": strip})
-        found = replace(found, recording=Recording(path.parent, entries), model=model_value(entries))
-    return found
+        return replace(found, recording=Recording(path.parent, entries), model=model_value(entries))
+    # Without an eta_b the model has no lambda_c: the guess was only to measure with.
+    return found if eta_b is not None else replace(found, model=ModelValue(nan, nan, nan, nan))
 
 
 def _entries(

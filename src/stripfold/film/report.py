@@ -134,7 +134,9 @@ def rows(found: RecordingMeasurement) -> list[tuple[str, str]]:
 def _model_rows(found: RecordingMeasurement) -> list[tuple[str, str]]:
     model = found.model
     if not isfinite(model.without_friction):
-        return [("λ_c of the model", "none: the sag touches the lower layer first")]
+        unknown = found.calibration.relative and isinstance(found.eta_b, MeasurementError)
+        why = "no eta_b is known" if unknown else "the sag touches the lower layer first"
+        return [("λ_c of the model", f"none: {why}")]
     text = f"{_millimetres(model.without_friction)} without friction"
     if isfinite(model.low):
         text += f", 95 % interval {1e3 * model.low:.2f} to {1e3 * model.high:.2f} mm from that of eta_b"
