@@ -14,7 +14,7 @@ from stripfold.synthetic.scene import Scene
 
 FLAT, LIFT, REST = 1.2, 1.5, 0.3
 """Durations: flat, while it is lifted, and at rest before it is pulled, s."""
-SPEED = 0.06
+SPEED = 0.15
 """Of the gripper on its way to the start, m/s."""
 LOW = 1.0
 """Height up to which the flat shape turns into that of a strip lifted so far, L*."""
