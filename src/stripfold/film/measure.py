@@ -25,7 +25,7 @@ from stripfold.film import recording as recordings
 from stripfold.film.calibration import calibrate_folder
 from stripfold.film.camera_motion import FIRST, Shift
 from stripfold.film.clock import Clock, read_log, synchronise
-from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
+from stripfold.film.eta_motion import DEVIATIONS, ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
 from stripfold.film.recording import ManualOnset, Recording, compare
 from stripfold.film.snap import Speed
@@ -423,7 +423,13 @@ def _evaluate(
         flags.append(Flag(WARNING, text))
     if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
         flags.append(Flag(NOTE, text))
-    if not isinstance(eta_b, MotionEtaB) or not eta_b.pulls:
+    pulls = eta_b.pulls if isinstance(eta_b, MotionEtaB) else ()
+    flags += [
+        Flag(NOTE, f"{pull}: did the strip slip, or lie in waves?")
+        for pull in pulls
+        if abs(pull.deviations) > DEVIATIONS
+    ]
+    if not pulls:
         flags.append(Flag(NOTE, "whether flat_end and offset are right is not known from the strip's shapes"))
     return RecordingMeasurement(
         recording=recording,
