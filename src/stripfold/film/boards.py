@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from scipy.spatial import cKDTree
 
-from stripfold.base.arrays import Array, Index, Picture
+from stripfold.base.arrays import Array, Index, Mask, Picture
 from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.validation import Input, Number, Whole, quantity
 
@@ -82,12 +82,33 @@ class Board(Input):
         return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]) * self.square
 
     @property
+    def black(self) -> Array:
+        """Shape (n, 3): the black squares and cells of a ChArUco board: left and upper edge from its outer corner, and
+        side, m.
+        """
+        row, column = np.nonzero(np.indices((self.rows, self.columns)).sum(axis=0) % 2 == 0)
+        found = [np.column_stack([self.square * column, self.square * row, np.full(len(row), self.square)])]
+        known = self.charuco
+        for corners, number in zip(known.getObjPoints(), known.getIds(), strict=True):
+            cells = black_cells(str(self.dictionary), int(number))
+            (left, upper), side = np.asarray(corners)[0, :2], np.ptp(np.asarray(corners)[:, 0]) / len(cells)
+            row, column = np.nonzero(cells)
+            found.append(np.column_stack([left + side * column, upper + side * row, np.full(len(row), side)]))
+        return np.concatenate(found)
+
+    @property
     def charuco(self) -> cv2.aruco.CharucoBoard:
         """OpenCV's description of a ChArUco board."""
         assert self.marker is not None
         assert self.dictionary is not None
         size = (self.columns, self.rows)
         return cv2.aruco.CharucoBoard(size, self.square, self.marker, dictionary(self.dictionary))
+
+
+def black_cells(name: str, number: int) -> Mask:
+    """Which cells of a marker of a dictionary are black, with its rim, row by row from above, shape (n, n)."""
+    known = dictionary(name)
+    return np.asarray(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2) == 0)
 
 
 def dictionary(name: str) -> cv2.aruco.Dictionary:

@@ -66,13 +66,12 @@ ADVICE = "start with the strip flat on the table in the gripper, then lift it, t
 
 class _Scan(NamedTuple):
     """The plate and the marker in all n frames: times, s, similarities from the first frames, shape (n, 3, 3), the
-    marker's corners, shifted back, shape (n, 4, 2), and centres, shape (n, 2), pixels; which marker, the plate's
-    corners, shifted back, and their mapping.
+    marker's centres, shifted back, shape (n, 2), pixels; which marker; the plate's corners, shifted back, and the
+    mapping.
     """
 
     time: Array
     moved: Array
-    corners: Array
     centres: Array
     marker: int
     seen: Seen
@@ -297,7 +296,7 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
     centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
     corners = np.array([transform(one, four) for one, four in zip(back, gripper.corners, strict=True)])
     mapped = _mapped(seen, corners[gripper.tracked], lens=camera is None)
-    return _Scan(gripper.time, np.array(moved), corners, np.array(centres), marker, seen, mapped)
+    return _Scan(gripper.time, np.array(moved), np.array(centres), marker, seen, mapped)
 
 
 def _marker(image: Picture, source: str) -> int:

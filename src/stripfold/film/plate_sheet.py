@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Literal
 
-import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
@@ -13,7 +12,7 @@ from matplotlib.patches import Rectangle
 
 from stripfold.base.arrays import Array
 from stripfold.draw.style import MILLI, styled
-from stripfold.film.boards import Board, dictionary
+from stripfold.film.boards import Board, black_cells
 from stripfold.film.plate import CARD, FOOT, GRIPPERS, LONG, MARGIN, SIDE
 
 Paper = Literal["a4", "letter"]
@@ -80,41 +79,20 @@ def _board(ax: Axes, board: Board, left: float, low: float) -> None:
     """Draw a plate whose lower left corner, cut out, is at a place, mm."""
     _cut(ax, left, low, *_size(board))
     side = MILLI * board.square
-    origin = np.array([left + MARGIN * side, low + FOOT * side])
-    black = [(x, y) for y in range(board.rows) for x in range(board.columns) if (x + y) % 2 == 0]
-    squares = [Rectangle((x, y), side, side) for x, y in _upwards(np.array(black), board.rows) * side + origin]
-    known = board.charuco
-    for corners, number in zip(known.getObjPoints(), known.getIds(), strict=True):
-        x, down = MILLI * np.asarray(corners)[0, :2]
-        assert board.marker is not None
-        assert board.dictionary is not None
-        at = origin + np.array([x, board.rows * side - down])
-        squares += _cells(board.dictionary, int(number), at[0], at[1], MILLI * board.marker)
+    x, top = left + MARGIN * side, low + (FOOT + board.rows) * side
+    places = MILLI * board.black
+    squares = [Rectangle((x + across, top - down - size), size, size) for across, down, size in places]
     ax.add_collection(PatchCollection(squares, fc="black", ec="none", antialiased=False))
-
-
-def _upwards(places: Array, rows: int) -> Array:
-    """Lower left corners of squares, shape (n, 2), that are counted downwards."""
-    return np.column_stack([places[:, 0], rows - 1 - places[:, 1]])
 
 
 def _marker(ax: Axes, number: int, left: float, low: float) -> None:
     side = MILLI * SIDE
     rim = RIM * side
     _cut(ax, left, low, side + 2.0 * rim, side + 2.0 * rim)
-    assert LONG.dictionary is not None
-    cells = _cells(LONG.dictionary, number, left + rim, low + rim + side, side)
-    ax.add_collection(PatchCollection(cells, fc="black", ec="none", antialiased=False))
-
-
-def _cells(name: str, number: int, left: float, top: float, side: float) -> list[Rectangle]:
-    """Black cells of a marker with its rim, by its upper left corner, mm; neighbours in a row are one rectangle."""
-    known = dictionary(name)
-    count = known.markerSize + 2
-    black = np.asarray(cv2.aruco.generateImageMarker(known, number, count)) == 0
-    cell, found = side / count, []
-    for i, row in enumerate(black):
-        edges = np.flatnonzero(np.diff(np.pad(row.astype(int), 1)))
-        for begin, end in edges.reshape(-1, 2):
-            found.append(Rectangle((left + begin * cell, top - (i + 1) * cell), (end - begin) * cell, cell))
-    return found
+    cells = black_cells(str(LONG.dictionary), number)
+    size, top = side / len(cells), low + rim + side
+    squares = [
+        Rectangle((left + rim + j * size, top - (i + 1) * size), size, size)
+        for i, j in zip(*np.nonzero(cells), strict=True)
+    ]
+    ax.add_collection(PatchCollection(squares, fc="black", ec="none", antialiased=False))

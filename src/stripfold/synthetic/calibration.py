@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from stripfold.base.arrays import Array, Picture
 from stripfold.film.boards import Board
-from stripfold.synthetic.render import DICTIONARY, Renderer, divided, marker_cells
+from stripfold.synthetic.render import DICTIONARY, Renderer, divided
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import rotation_vector
@@ -60,16 +60,10 @@ class Calibration:
     @cached_property
     def _black(self) -> Array:
         """Shape (n, k, 3): outlines of all that is black on the board, m."""
-        squares = [(x, y) for y in range(SQUARES[1]) for x in range(SQUARES[0]) if (x + y) % 2 == 0]
-        black = _squares(np.array(squares) * self.board.square, self.board.square)
         if self.board.type == "charuco":
-            known = self.board.charuco
-            for found, number in zip(known.getObjPoints(), known.getIds(), strict=True):
-                corners = np.asarray(found)
-                row, column = np.nonzero(marker_cells(int(number)) == 0.0)
-                side = (corners[1, 0] - corners[0, 0]) / (row.max() + 1)
-                black = np.concatenate([black, _squares(corners[0, :2] + side * np.column_stack([column, row]), side)])
-        return black
+            return np.concatenate([_squares(one[None, :2], one[2]) for one in self.board.black])
+        squares = [(x, y) for y in range(SQUARES[1]) for x in range(SQUARES[0]) if (x + y) % 2 == 0]
+        return _squares(np.array(squares) * self.board.square, self.board.square)
 
     def picture(self, pose: Pose) -> Picture:
         """The board in a pose, as the camera delivers it."""

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from stripfold.base.arrays import Array
 from stripfold.film import plate
-from stripfold.film.boards import dictionary
+from stripfold.film.boards import black_cells
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import Canvas, Light, Rays, View
 
@@ -168,26 +168,16 @@ class Renderer:
     def _plate(self) -> tuple[Array, Array]:
         """Sheet, shape (1, k, 2), and black squares and cells of the plate, shape (n, k, 2), pixels."""
         board, at, faces = plate.LONG, self.scene.filming.plate, np.array([self.depth, 1.0])
-        side, foot = board.square, plate.FOOT * board.square
         upper, lower = plate.outline(board)
-        white = np.array([[upper[0], 0.0], [lower[0], 0.0], [lower[0], upper[1]], [upper[0], upper[1]]])[None]
         square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-        row, column = np.nonzero(np.indices((board.rows, board.columns)).sum(axis=0) % 2 == 0)
-        black = [
-            side * (square + np.array([x, board.rows - 1 - z])) + [0.0, foot] for z, x in zip(row, column, strict=True)
-        ]
-        for corners, number in zip(board.charuco.getObjPoints(), board.charuco.getIds(), strict=True):
-            x, down = np.asarray(corners)[0, :2]
-            ink = marker_cells(int(number))
-            cell = (board.marker or 0.0) / len(ink)
-            low = np.array([x, foot + board.rows * side - down])
-            black += [low + cell * (square + np.array([j, -1 - i])) for i, j in np.argwhere(ink == 0.0)]
+        white = (np.array([upper[0], 0.0]) + square * [lower[0] - upper[0], upper[1]])[None]
+        left, down, side = board.black.T[..., None]
+        x, z = left + side * square[:, 0], (plate.FOOT + board.rows) * board.square - down - side * square[:, 1]
+        black = np.stack([x, z], axis=-1)
         # A camera behind the plane sees its print, too.
         filming, origin = self.scene.filming, np.array([at, 0.0])
         scale, depth = filming.plate_scale * faces, self.depth * filming.plate_depth
-        sheet, ink_of = (
-            self.view.in_plane(origin + divided(part, 6) * scale, depth) for part in (white, np.array(black))
-        )
+        sheet, ink_of = (self.view.in_plane(origin + divided(part, 6) * scale, depth) for part in (white, black))
         return sheet, ink_of
 
     @cached_property
@@ -204,8 +194,7 @@ class Renderer:
 
 def marker_cells(number: int) -> Array:
     """The cells of a marker with its rim, shape (n, n): 1 for white."""
-    known = dictionary(DICTIONARY)
-    return np.asarray(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2) > 0, dtype=np.float64)
+    return np.asarray(~black_cells(DICTIONARY, number), dtype=np.float64)
 
 
 def divided(corners: Array, count: int) -> Array:
