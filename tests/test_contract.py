@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 import stripfold as sf
+from stripfold.ask.plan import Refusal
 from stripfold.base.errors import TimeStepError
 from stripfold.files.reporting import Result
 
@@ -28,12 +29,6 @@ NAMES += [f"stripfold.paths.{name}" for name in MEMBERS.split(", ")]
 
 def strip(eta_b: float) -> sf.Strip:
     return sf.Strip(length=0.36, eta_b=eta_b)
-
-
-def no_path(eta_b: float) -> sf.NoPathError:
-    with pytest.raises(sf.NoPathError) as caught:
-        sf.Strip(length=0.26, eta_b=eta_b).plan(margin=0.1)
-    return caught.value
 
 
 # Each made from an eta_b: the same one makes the same object, another one another.
@@ -49,13 +44,13 @@ MADE: dict[str, Callable[[float], Any]] = {
         sf.paths.circular(strip(eta_b)), model="rod", fall=True
     ),
     "stripfold.StabilityMap": lambda eta_b: sf.Strip(length=0.25, eta_b=eta_b).map(),
-    "stripfold.FoldingPlan": lambda eta_b: sf.Strip(length=0.26, eta_b=eta_b).plan(),
+    "stripfold.FoldingPlan": lambda eta_b: sf.Strip(length=0.26, eta_b=eta_b).plan(eta_b_uncertainty=0.0),
     "stripfold.Monitor": lambda eta_b: sf.Monitor(sf.Strip(length=0.25, eta_b=eta_b)),
     "stripfold.EtaB": lambda eta_b: sf.eta_b(bending_length=strip(eta_b).gravity_length),
     "stripfold.StripfoldError": lambda eta_b: sf.StripfoldError(f"{eta_b}"),
     "stripfold.InvalidInputError": lambda eta_b: sf.InvalidInputError("eta_b", eta_b, "another one", "give it"),
     "stripfold.MeasurementError": lambda eta_b: sf.MeasurementError("film.mkv", f"{eta_b}", "a strip"),
-    "stripfold.NoPathError": no_path,
+    "stripfold.NoPathError": lambda eta_b: sf.NoPathError(f"folds {eta_b}", (Refusal("r-path", "it snaps"),)),
     "stripfold.SolveError": lambda eta_b: TimeStepError("too small", last=strip(eta_b), parameter=1.0, step=0.1),
 }
 ELSEWHERE = {"stripfold.RecordingMeasurement"}

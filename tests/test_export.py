@@ -21,7 +21,7 @@ SPEED, ACCELERATION, TOOL = 0.1, 0.5, 0.1
 
 @pytest.fixture(scope="module")
 def plan() -> sf.FoldingPlan:
-    return sf.Strip(length=0.26, eta_b=3770).plan(tool=TOOL, acceleration=ACCELERATION)
+    return sf.Strip(length=0.26, eta_b=3770).plan(eta_b_uncertainty=0.0, tool=TOOL, acceleration=ACCELERATION)
 
 
 def matrices(quaternions: Array) -> Array:
@@ -121,7 +121,7 @@ def test_read_back(
 
 
 def test_by_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["plan", "--length", "0.26", "--eta-b", "3770", "--export"]
+    command = ["plan", "--length", "0.26", "--eta-b", "3770", "--eta-b-uncertainty", "0", "--export"]
     assert main([*command, str(tmp_path / "a.txt")]) == 2
     assert "a name that ends in .script, .yaml, .json, .csv" in capsys.readouterr().err
     for base in ("1,2,3", "0,0,0,x", "0,0,nan,0", "1000,0,0,0"):

@@ -162,7 +162,7 @@ class TestTable:
         assert found.end_error == pytest.approx(found.slide, rel=1e-6)
         assert found.to_dataset()["x"][-1, -1] == pytest.approx(length * UNIT / 2.0 + found.slide, abs=1e-6)
 
-    @pytest.mark.parametrize("friction", [{}, {"friction_moment": 0.05 * FORCE * UNIT}])
+    @pytest.mark.parametrize("friction", [{}, {"friction_moment": 0.05 * FORCE * UNIT, "step": 0.25 * UNIT}])
     def test_a_smooth_table_lets_the_strip_follow_its_gripper(self, friction: dict[str, float]) -> None:
         """Once it slides on its R-path it stays as it is, nearly in balance with the table, and is not folded."""
         found = assessed(plan_r_path(12.0).path, 12.0, table_friction=0.1, **friction)
