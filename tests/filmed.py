@@ -19,15 +19,22 @@ FORMATS = {"ffv1": "gray", "mjpeg": "yuvj420p"}
 
 
 def write_video(
-    path: Path, codec: str, images: Sequence[Image], pts: Sequence[int], base: Fraction, fmt: str | None = None
+    path: Path,
+    codec: str,
+    images: Sequence[Image],
+    pts: Sequence[int],
+    base: Fraction,
+    fmt: str | None = None,
+    turns: int = 0,
 ) -> Path:
-    """A video whose frames have the given time stamps, in units of ``base``."""
+    """A video whose frames have the given time stamps, in units of ``base``, to be shown ``turns`` quarters left."""
     fmt = fmt or FORMATS.get(codec, "yuv420p")
     # With a check sum per slice, FFV1 knows of damage.
     options = {"libx264": {"crf": "10"}, "ffv1": {"level": "3", "slicecrc": "1"}}.get(codec, {})
     with av.open(path, "w") as container:
         stream: Any = container.add_stream(codec, rate=round(1 / base), options=options)
         stream.height, stream.width = images[0].shape
+        stream.set_display_rotation(90 * turns)
         stream.pix_fmt, stream.codec_context.time_base, stream.codec_context.thread_count = fmt, base, 1
         if codec in ("mjpeg", "mpeg4"):
             stream.codec_context.qmin = stream.codec_context.qmax = 2

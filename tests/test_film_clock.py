@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from stripfold.base.arrays import Array
-from stripfold.film import (
-    clock,
-    fitted,
-    snap,
-)
+from stripfold.base.errors import SynchronisationError
+from stripfold.film import clock, fitted, snap
 
 PIXEL = 5e-4
 """m."""
@@ -73,6 +70,12 @@ def test_a_marker_that_lags_while_it_moves_is_within_the_interval(stop: float) -
             errors.append((clocks.offset - 3.0) / clocks.sd)
         z[predicted] = np.sqrt(np.mean(np.square(errors)))
     assert z[True] < 1.2 < z[False]
+
+
+def test_slow_motion_is_recognised() -> None:
+    times = np.arange(0.0, 8.0, 1.0 / 240.0)
+    with pytest.raises(SynchronisationError, match=r"8 times as fast by the log.* slow motion needs the true times"):
+        clock.synchronise(8.0 * times, advance(times), 1e-4, log(3.0), 5e-4, PIXEL)
 
 
 TOUCH, TIME = 2.6, 0.12

@@ -8,6 +8,7 @@ import pickle
 import shutil
 from copy import deepcopy
 from dataclasses import fields, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +17,22 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from PIL import Image
 
+from filmed import write_video
 from filmed_truth import event_of
 from stripfold import cli
 from stripfold.base.arrays import Index, Mask
 from stripfold.base.errors import InvalidInputError, MeasurementError
 from stripfold.cli import main
 from stripfold.files import store
-from stripfold.film import measure, recording, report
+from stripfold.film import measure, recording, report, video
 from stripfold.film.calibration import Calibration, calibrate_folder
+from stripfold.film.camera import Camera
 from stripfold.film.camera_motion import Shift
 from stripfold.film.measure import RecordingMeasurement
 from stripfold.film.recording import Entries, ManualOnset, Recording
-from stripfold.film.tracking import Tracks, track
+from stripfold.film.tracking import Tracks, exposure, track
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
 
@@ -221,6 +225,67 @@ def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Recordin
     assert found.speed == pytest.approx(0.005, rel=0.02)
     assert found.clock is not None
     assert found.clock.offset == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3])
+def test_a_camera_may_be_held_in_any_way(snapping: Made, tmp_path: Path, turns: int):
+    """Film and pictures as the sensor has them, and how to show them: the same frames, and the same mapping."""
+    folder = tmp_path / "turned"
+    shutil.copytree(snapping[0].folder, folder)
+    orientation = {1: 8, 2: 3, 3: 6}[turns]
+    for file in folder.rglob("*.png"):
+        with Image.open(file) as picture:
+            raw = Image.fromarray(np.rot90(np.asarray(picture), -turns))
+        exif = raw.getexif()
+        exif[274] = orientation
+        raw.save(file, exif=exif)
+    film = snapping[0].entries.video
+    with video.read(snapping[0].video) as frames:
+        seen = list(frames)
+    pts = [round(25.0 * frame.time) for frame in seen]
+    images = [np.ascontiguousarray(np.rot90(frame.image, -turns)) for frame in seen]
+    write_video(folder / film, "ffv1", images, pts, Fraction(1, 25), turns=turns)
+    asked = recording.read(folder)
+    calibration = calibrate_folder(asked.folder, asked.entries, *video.shown(asked.video))
+    np.testing.assert_allclose(calibration.mapping.homography, snapping[1].mapping.homography, atol=1e-9)
+    assert video.shown(asked.video) == ((320, 240), turns)
+    # The same camera from a file of the sensor's.
+    camera = calibration.mapping.camera
+    if turns % 2:
+        again = camera.turned(4 - turns).of_film((320, 240), turns)
+        np.testing.assert_allclose(again.distortion, camera.distortion, atol=1e-15)
+        np.testing.assert_allclose(again.matrix, camera.matrix, atol=1e-9)
+    if turns == 1:
+        again = measure.evaluate(asked, calibration, track(asked, calibration), None)
+        assert again.event == pytest.approx(measure.evaluate(*snapping, None).event, abs=1e-5)
+
+
+def test_a_turned_camera_sees_turned_pictures() -> None:
+    """A point seen in the turned picture is where the picture of it was turned to."""
+    camera = Camera(
+        np.array([[300.0, 0.0, 150.0], [0.0, 310.0, 130.0], [0.0, 0.0, 1.0]]),
+        np.array([-0.1, 0.02, 1e-3, -2e-3, 5e-3]),
+        (320, 240),
+    )
+    points, still = np.array([[0.3, -0.2, 1.0], [-0.4, 0.1, 1.2]]), np.zeros(3)
+    pixels = camera.project(points, still, still)
+    turned = camera.turned(1)
+    seen = turned.project(points @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), still, still)
+    np.testing.assert_allclose(seen, np.column_stack([pixels[:, 1], 319.0 - pixels[:, 0]]), atol=1e-9)
+    assert turned.size == (240, 320)
+    assert turned.turned(3).size == camera.size
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_rows_of_the_sensor_are_exposed_one_after_another(turns: int) -> None:
+    sensor = np.array([[10.0, 0.0], [5.0, 23.0]])  # first and last row of 32 x 24
+    picture = np.zeros((24, 32))
+    for row, (x, y) in enumerate(sensor.astype(int)):
+        picture[y, x] = row + 1.0
+    shown = np.rot90(picture, turns)
+    pixels = np.array([np.argwhere(shown == row + 1.0)[0][::-1] for row in range(2)], float)
+    times = exposure(np.zeros(2), pixels, shown.shape[::-1], turns, 0.02)
+    np.testing.assert_allclose(times, [0.0, 0.02], atol=1e-12)
 
 
 def test_a_measurement_goes_through_pickle(found: RecordingMeasurement):

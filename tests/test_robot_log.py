@@ -13,8 +13,10 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.files.reporting import as_json
 from stripfold.files.tables import read_table
+from stripfold.film.clock import read_log
 from stripfold.paths.table import LogFormat
 
+STAMPS = ("2026-11-25T10:15:00.5Z", "2026-11-25 10:15:01.5+00:00", "2026-11-25T11:15:02.500+01:00")
 STRIP = sf.Strip(length=0.45, eta_b=3780.0)
 ROWS = np.array([[0.0, -0.225, 0.0], [1.0, -0.1, 0.15], [2.0, 0.0, 0.2], [3.5, 0.1, 0.15]])
 
@@ -170,3 +172,18 @@ def test_noise_is_smoothed_to_a_tolerance(tmp_path: Path, kind: str) -> None:
     # By the log's times: the robot is slow at both ends.
     t = verdicts[0].critical[0]["t"] / 10.0
     assert t**2 * (3.0 - 2.0 * t) == pytest.approx(verdicts[1].critical[0]["t"], abs=5e-3)
+
+
+def test_times_of_a_log_may_be_dates(tmp_path: Path) -> None:
+    """Seconds apart, whatever their zones; columns of other names among many; a date that is none is refused."""
+    rows = [f"{stamp},7,{x},0,{z}" for stamp, x, z in zip(STAMPS, (0.1, 0.2, 0.3), (0.09, 0.09, 0.08), strict=True)]
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["stamp,mode,tcp_x,tcp_y,tcp_z", *rows]))
+    found = read_log(file, ("stamp", "tcp_x", "tcp_z"))
+    np.testing.assert_allclose(np.diff(found.time), 1.0, atol=1e-6)
+    np.testing.assert_allclose([found.x, found.z], [[0.1, 0.2, 0.3], [0.09, 0.09, 0.08]])
+    file.write_text("\n".join(f"{stamp},{x},0.09" for stamp, x in zip(STAMPS, (0.1, 0.2, 0.3), strict=True)))
+    np.testing.assert_allclose(np.diff(read_log(file).time), 1.0, atol=1e-6)
+    file.write_text("t,x,z\n2026-13-25T10:15:00Z,0.1,0.1\n2026-13-25T10:15:01Z,0.1,0.1")
+    with pytest.raises(InvalidInputError, match="3 numbers in each row"):
+        read_log(file)

@@ -9,6 +9,7 @@ import logging
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 _COMMENTS = "#%"
 _DECIMAL, _COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*"), re.compile(",")
 """A number with a decimal comma."""
+_STAMP = re.compile(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:")
 _NAME = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\[\]()]*?)\s*[\])])?", re.DOTALL)
 """The name of a column, and its unit in brackets."""
 
@@ -54,10 +56,10 @@ class Table:
         values = np.empty((len(self.rows), len(units)))
         for index, (_, row) in enumerate(self.rows):
             entries = row[columns]
-            try:
-                values[index] = np.array([float(entry) for entry in entries]).reshape(len(units))
-            except ValueError as error:
-                raise self._refused(entries, f"{len(units)} numbers in each row", index) from error
+            numbers = [_number(entry) for entry in entries]
+            if None in numbers or len(numbers) != len(units):
+                raise self._refused(entries, f"{len(units)} numbers in each row", index)
+            values[index] = numbers
             if not np.all(np.abs(values[index]) <= LARGEST):
                 raise self._refused(entries, f"finite numbers from {-LARGEST:g} to {LARGEST:g}", index)
         return values * units
@@ -210,10 +212,18 @@ def _names(line: str, separator: str, width: int) -> list[str]:
 
 
 def _number(entry: str) -> float | None:
+    """The number, or that of the seconds since 1970 where it is a date and a time as ISO 8601 writes them."""
     try:
         return float(entry)
     except ValueError:
+        if not _STAMP.match(entry):
+            return None
+    try:
+        stamp = datetime.fromisoformat(entry.strip())
+    except ValueError:
         return None
+    # Without a zone all of a table have the same one, and only differences count.
+    return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
 
 
 def _place(column: str, names: list[str], width: int) -> int | None:

@@ -109,14 +109,20 @@ def parameters(camera: Camera) -> Array:
     return np.array([k[0, 0], k[1, 1], k[0, 2], k[1, 2], *camera.distortion])
 
 
-def find_views(folder: Path, board: Board, refinement: Refinement | None = None) -> tuple[list[View], tuple[int, int]]:
+def find_views(
+    folder: Path, board: Board, refinement: Refinement | None = None, turns: int = 0
+) -> tuple[list[View], tuple[int, int]]:
     """Find the views of a folder that show the board, and the pictures' width and height.
+
+    ``turns``: quarter turns to the left from the sensor's rows to the film's frames.
 
     Raises InvalidInputError: no folder, or an unreadable picture; CalibrationError: pictures of different sizes.
     """
     paths = picture_files(folder, MAX_VIEWS)
-    height, width = read_calibration_picture(paths[0]).shape
-    found = [(path.name, detect(read_calibration_picture(path, (width, height)), board, refinement)) for path in paths]
+    height, width = read_calibration_picture(paths[0], turns=turns).shape
+    found = [
+        (path.name, detect(read_calibration_picture(path, (width, height), turns), board, refinement)) for path in paths
+    ]
     return [View(name, corners) for name, corners in found if corners is not None], (width, height)
 
 
@@ -267,8 +273,10 @@ class Stops(NamedTuple):
         return np.asarray(transform(plane, corners).reshape(-1, 4, 2).mean(axis=1))
 
 
-def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int]) -> Stops:
+def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int], turns: int = 0) -> Stops:
     """Read the stops in a ``table`` image,x,z of the ``folder``, and find the marker in pictures of this ``size``.
+
+    ``turns``: as in :func:`find_views`.
 
     Raises InvalidInputError: the table or a picture cannot be read, a picture is listed twice or lies outside the
     folder; CalibrationError: a picture of another size, or without the marker.
@@ -282,7 +290,7 @@ def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int]) 
     found, copies, small = [], [], Thumbnails(size).small
     for name in names:
         picture = inside(folder, Path(table).parent / name, "robot grid")
-        seen = read_calibration_picture(picture, size)
+        seen = read_calibration_picture(picture, size, turns)
         corners = marker.corners(seen)
         if corners is None:
             raise CalibrationError(
@@ -373,8 +381,12 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
     return np.asarray(random.normal(0.0, 1.0, (n, 2)) * sd)
 
 
-def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
-    """Calibrate a recording, given its entries.
+def calibrate_folder(
+    folder: Path, entries: Entries, size: tuple[int, int] | None = None, turns: int = 0
+) -> Calibration:
+    """Calibrate a recording, given its entries: for its frames as they are shown, however the camera was held.
+
+    ``size``, ``turns``: of the frames, and by how many quarters they are shown turned to the left: :func:`.shown`.
 
     Raises InvalidInputError: a missing or unreadable file; CalibrationError: not good enough to measure with.
     """
@@ -382,13 +394,14 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
     source: Intrinsics | Camera
     if described.intrinsics is not None:
         source = camera = read_camera(folder / described.intrinsics)
+        source = camera = camera.of_film(size or camera.size, turns)
     else:
         assert described.images is not None
         assert described.board is not None
-        source = calibrate_camera(*find_views(folder / described.images, described.board))
+        source = calibrate_camera(*find_views(folder / described.images, described.board, turns=turns))
         camera = source.camera
     path = folder / entries.plane.image
-    board = detect(read_calibration_picture(path, camera.size), entries.plane.board)
+    board = detect(read_calibration_picture(path, camera.size, turns), entries.plane.board)
     if board is None:
         raise CalibrationError(
             path.name,
@@ -396,7 +409,7 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
             "a picture of the board in the folding plane",
             "compare its columns and rows with the description; it must be in focus, a chessboard entirely visible",
         )
-    stops = find_stops(folder, entries.robot.grid, holder_of(folder, entries), camera.size)
+    stops = find_stops(folder, entries.robot.grid, holder_of(folder, entries), camera.size, turns)
     side = None if entries.gripper.marker is None else entries.gripper.marker.size
     return assemble(source, board, stops, side, path.name)
 

@@ -39,6 +39,24 @@ class Camera:
     distortion: Array
     size: tuple[int, int]
 
+    def turned(self, turns: int) -> Camera:
+        """The camera for pictures rotated by quarter turns to the left."""
+        camera = self
+        for _ in range(turns % 4):
+            (fx, cx), fy, cy = camera.matrix[0, [0, 2]], camera.matrix[1, 1], camera.matrix[1, 2]
+            k1, k2, p1, p2, k3 = camera.distortion
+            # The new x is the old y, and the new y the old x from the other end.
+            matrix = np.array([[fy, 0.0, cy], [0.0, fx, camera.size[0] - 1.0 - cx], [0.0, 0.0, 1.0]])
+            camera = Camera(matrix, np.array([k1, k2, -p2, p1, k3]), camera.size[::-1])
+        return camera
+
+    def of_film(self, size: tuple[int, int], turns: int) -> Camera:
+        """The camera for frames of this size, which are turned from the sensor's rows: where those fit, and not these.
+
+        A file of a camera does not say how the camera was held.
+        """
+        return self.turned(turns) if turns % 2 and self.size != size else self
+
     def undistort(self, pixels: Array) -> Array:
         """Where the camera without its distortion would see ``pixels``; shapes (n, 2)."""
         points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)

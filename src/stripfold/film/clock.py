@@ -12,6 +12,7 @@ offset and standard deviation are the mean and the width of the offset's probabi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,6 +39,9 @@ OUTLIER = 2.0
 REPEATED = 0.4
 """Motion of the marker, pixels, up to which its error repeats: that depends on how its edges lie among the pixels, and
 a compressed film repeats the picture of a marker at rest with its noise."""
+SLOW = 1.5
+"""Speed by the log over that by the video from which on a film is likely to be in slow motion."""
+SLOW_MOTION = "a film in slow motion needs the true times of its frames, as timestamps"
 SMOOTHING = 0.06
 """Half the time over which the log is averaged, s."""
 _RANGE, _POINTS, _PASSES = 6.0, 121, 6
@@ -76,12 +80,22 @@ class Clock:
         return np.asarray(time + np.float64(self.offset))
 
 
-def read_log(path: Path) -> RobotLog:
-    """Read the robot's log, a table ``t,x,z``, s and m; InvalidInputError: no such table, or times that go back."""
-    table = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS))
+def read_log(path: Path, columns: Sequence[str] | None = None) -> RobotLog:
+    """Read the robot's log, a table ``t,x,z``, s and m; InvalidInputError: no such table, or times that go back.
+
+    ``columns``: names or numbers of the columns t, x and z where the table calls them otherwise.
+    """
+    table = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS), columns)
     time, x, z = table.numbers().T
     table.check_increasing(time)
     return RobotLog(time, x, z)
+
+
+def middle_speed(time: Array, x: Array) -> float:
+    """Speed, m/s, in the middle half of a motion along x, shape (n,), m."""
+    away = np.abs(x - x[0])
+    first, last = (int(np.argmax(away >= share * away.max())) for share in (0.25, 0.75))
+    return float((away[last] - away[first]) / (time[last] - time[first])) if last > first else 0.0
 
 
 def synchronise(
@@ -109,7 +123,7 @@ def synchronise(
     if len(time) < 10 or min(by_video, by_log) < _AT_REST * sd:
         found = f"x changes by {by_video * 1e3:.2f} mm in the video and {by_log * 1e3:.2f} mm in the log"
         raise SynchronisationError(source, found, f"a motion of at least {_AT_REST * sd * 1e3:.2g} mm", _ADVICE)
-    smooth = _smoothed(log)
+    slow, smooth = middle_speed(time, x), _smoothed(log)
     offset, step = _rough_offset(time, x, smooth, sd / float(np.hypot(mapping_sd, offset_sd)))
     moments = time + offset
     overlap = (moments >= log.time[0]) & (moments <= log.time[-1])
@@ -121,8 +135,10 @@ def synchronise(
     spread = float(np.var(x) + np.var(place))
     correlation = 1.0 - float(np.var(x - place)) / spread if spread > 0.0 else 0.0
     if correlation < MIN_CORRELATION:
-        found = f"x by the log and by the video have a correlation of {correlation:.4f} only"
-        raise SynchronisationError(source, found, f"{MIN_CORRELATION}", _ADVICE)
+        found, advice = f"x by the log and by the video have a correlation of {correlation:.4f} only", _ADVICE
+        if slow and (slower := middle_speed(log.time, log.x) / slow) > SLOW:
+            found, advice = f"the gripper is {slower:.3g} times as fast by the log as in the video", SLOW_MOTION
+        raise SynchronisationError(source, found, f"one motion, with a correlation of {MIN_CORRELATION}", advice)
     # A log of another origin must stay one: no offset may explain what the mapping cannot.
     mean = abs(float(np.mean(x - place)))
     if mean > PLAUSIBLE * np.hypot(mapping_sd, offset_sd):

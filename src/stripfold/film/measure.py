@@ -20,7 +20,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import MISSING, InvalidInputError, MeasurementError
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress, Result, Rows
-from stripfold.film import eta_motion, fitted, snap
+from stripfold.film import eta_motion, fitted, snap, video
 from stripfold.film import recording as recordings
 from stripfold.film.calibration import calibrate_folder
 from stripfold.film.camera_motion import FIRST, Shift
@@ -149,7 +149,7 @@ class RecordingMeasurement(Result):
         """Measure the recording in a folder; see :func:`measure`."""
         asked, say = recordings.read(folder), progress or (lambda _: None)
         say("calibrating")
-        calibration = calibrate_folder(asked.folder, asked.entries)
+        calibration = calibrate_folder(asked.folder, asked.entries, *video.shown(asked.video, asked.timestamps))
         tracks = track(asked, calibration, say)
         say("measuring")
         return evaluate(asked, calibration, tracks, asked.manual_onset())
@@ -391,7 +391,7 @@ def _evaluate(
         parts |= {"mapping": mapping_sd, "camera": camera_sd, "gripper": gripper_sd}
         parts["offset"] = 0.0 if calibration.relative else offset_sd
     else:
-        log = read_log(path)
+        log = read_log(path, recording.entries.robot_log_columns)
         # A frame that repeats the one before shows the gripper where it was then.
         own = whole.gripper.tracked & ~whole.timing.doubled
         moments, places = whole.grip_time[own], whole.gripped_end[own, 0]

@@ -288,7 +288,8 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
             frame = next(frames, None)
     # The mean over all frames has hardly any noise left.
     mean = np.mean(whole, axis=0) if whole else known
-    lens, places = camera or seen.mapping.camera, plate.places(seen.board, seen.corners)
+    known_lens = camera and camera.of_film(seen.mapping.camera.size, frames.report.turns)
+    lens, places = known_lens or seen.mapping.camera, plate.places(seen.board, seen.corners)
     mapping = Mapping(lens, fit_homography(lens.undistort(mean), places))
     seen = Seen(seen.board, seen.corners._replace(pixels=mean), mapping, rms(mapping.to_pixels(places) - mean))
     gripper = interpolate_gaps(grips, path.name)

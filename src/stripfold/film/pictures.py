@@ -31,8 +31,11 @@ ALLOWED = (
 )
 
 
-def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
-    """Read the grey values of a picture, shape (h, w), rotated by its EXIF data if ``upright``, else as recorded.
+def read_grey(path: str | os.PathLike[str], turns: int | None = None) -> Picture:
+    """Read the grey values of a picture, shape (h, w), rotated as its EXIF data say.
+
+    ``turns``: quarter turns to the left instead, from the sensor's rows, of a picture that has EXIF data; one that has
+    none, such as a frame of a film, is as it is shown.
 
     Raises InvalidInputError: no such file, not a picture, a damaged one, or one that is too large.
     """
@@ -48,8 +51,9 @@ def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {scans} scans")
             with _quiet():
                 picture.load()
-            upright_picture = ImageOps.exif_transpose(picture) if upright else picture
-            return np.ascontiguousarray(_eight_bit(upright_picture).convert("L"))
+            by_camera = turns is not None and len(picture.getexif()) > 0
+            shown = np.asarray(_eight_bit(picture if by_camera else ImageOps.exif_transpose(picture)).convert("L"))
+            return np.ascontiguousarray(np.rot90(shown, turns or 0) if by_camera else shown)
     except InvalidInputError:
         raise
     except (Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:
@@ -92,9 +96,12 @@ def _eight_bit(picture: Image.Image) -> Image.Image:
     return Image.fromarray((values / 257.0).round().astype(np.uint8))
 
 
-def read_calibration_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
-    """Read a picture as the sensor recorded it; CalibrationError: another width and height than ``size``."""
-    picture = read_grey(path, upright=False)
+def read_calibration_picture(path: Path, size: tuple[int, int] | None = None, turns: int = 0) -> Picture:
+    """Read a picture as the camera films; CalibrationError: another width and height than ``size``.
+
+    ``turns``: quarter turns to the left from the sensor's rows to the film's upright frames.
+    """
+    picture = read_grey(path, turns)
     if size is not None and picture.shape != (size[1], size[0]):
         raise CalibrationError(
             path.name,

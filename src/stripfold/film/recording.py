@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from stripfold.base.arrays import Array
 from stripfold.base.errors import MISSING, InvalidInputError, MeasurementError
 from stripfold.base.material import Material
 from stripfold.base.validation import HEIGHT_STAR, EtaB, Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 from stripfold.film.boards import Board, Dictionary
-from stripfold.film.clock import RobotLog, read_log
+from stripfold.film.clock import SLOW_MOTION, RobotLog, middle_speed, read_log
 from stripfold.film.snap import MIN_ADVANCE
 
 if TYPE_CHECKING:
@@ -176,6 +175,9 @@ class Entries(Input):
     robot_log: Annotated[
         FilePath | None, Field(description="CSV t,x,z: the gripped end by the robot, by its own clock")
     ] = None
+    robot_log_columns: Annotated[
+        tuple[Text, Text, Text] | None, Field(description="names or numbers of its columns t, x and z, if others")
+    ] = None
     camera: CameraEntry
     plane: PlaneEntry
     robot: RobotEntry
@@ -233,13 +235,6 @@ class Recording:
         path = inside(self.folder, name, name)
         with within(name):
             return ManualOnset(**read_yaml(path, "", "event_time: 3.5"))
-
-
-def middle_speed(time: Array, x: Array) -> float:
-    """Speed, m/s, in the middle half of a motion along x, shape (n,), m."""
-    away = np.abs(x - x[0])
-    first, last = (int(np.argmax(away >= share * away.max())) for share in (0.25, 0.75))
-    return float((away[last] - away[first]) / (time[last] - time[first])) if last > first else 0.0
 
 
 def other_unit(given: float, other: float) -> str:
@@ -309,7 +304,7 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     # To read the film takes long: what else is wrong is said before.
     found.manual_onset()
     if found.robot_log is not None:
-        _check_log(read_log(found.robot_log), entries, found.robot_log)
+        _check_log(read_log(found.robot_log, entries.robot_log_columns), entries, found.robot_log)
     return found
 
 
@@ -336,7 +331,7 @@ def compare(entries: Entries, tracks: Tracks) -> None:
         abs(last - first) < MIN_ADVANCE or 1.0 / MAX_SPEED_RATIO < speed / gripper.speed < MAX_SPEED_RATIO,
         f"gripper.speed = {gripper.speed:g} m/s, the video shows {speed:.2g} m/s",
         "about the described speed",
-        other_unit(gripper.speed, speed) or "are the times of the frames in s?",
+        other_unit(gripper.speed, speed) or f"are the times of the frames in s? {SLOW_MOTION}",
     )
     found = flat_end(entries, tracks)
     _agree(

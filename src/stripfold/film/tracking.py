@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from typing import Any, Protocol
 
@@ -228,16 +229,16 @@ def track(
             "a video to its end",
             "it was cut off: copy it again, or export the part that is there into a new file",
         )
-    rows = np.array([np.nan if line is None else line.points[:, 1].mean() for line in lines])
-    shutter = recording.entries.camera.rolling_shutter
+    middles = np.array([np.full(2, np.nan) if line is None else line.points.mean(axis=0) for line in lines])
+    exposed = partial(exposure, size=size, turns=report.turns, shutter=recording.entries.camera.rolling_shutter)
     stations, points, visible_length = material_points(lines, mapping)
     return Tracks(
         timing=Timing.of(gripper.time, np.array(doubled) | repeated(gripper)),
         report=report,
         gripper=gripper,
-        grip_time=row_time(gripper.time, gripper.centre[:, 1], size[1], shutter),
+        grip_time=exposed(gripper.time, gripper.centre),
         gripped_end=np.asarray(mapping.to_robot(gripper.centre) + offset),
-        strip_time=row_time(gripper.time, rows, size[1], shutter),
+        strip_time=exposed(gripper.time, middles),
         points=points,
         stations=stations,
         score=np.array([0.0 if line is None else float(line.score.mean()) for line in lines]),
@@ -309,9 +310,16 @@ def corrected_arc(arc: Array, score: Array, length: float) -> Array:
     return np.asarray(arc + (length - arc[-1]) * share / share[-1])
 
 
-def row_time(time: float | Array, row: float | Array, height: int, rolling_shutter: float) -> Array:
-    """Compute when a row, 0 to ``height - 1``, was exposed, s, from the ``time`` of the frame and of its first row."""
-    return np.asarray(time + np.asarray(row) / (height - 1) * rolling_shutter, dtype=np.float64)
+def exposure(time: Array, pixels: Array, size: tuple[int, int], turns: int, shutter: float) -> Array:
+    """Compute when pixels, shape (n, 2), of frames of these times, shape (n,), were exposed, s.
+
+    ``size``: width and height of the frames, shown after quarter turns to the left, ``turns``.  ``shutter``: from the
+    exposure of the sensor's first row, which is at the time of the frame, to that of its last one.
+    """
+    places = pixels / (np.array(size) - 1.0)
+    # The sensor's rows from its first to its last are the frame's rows downwards, or its columns to the right, or back.
+    share = [places[:, 1], places[:, 0], 1.0 - places[:, 1], 1.0 - places[:, 0]][turns]
+    return np.asarray(time + share * shutter, dtype=np.float64)
 
 
 class StripTracker:

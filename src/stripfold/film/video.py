@@ -63,7 +63,8 @@ class VideoReport:
     """Statistics of the reading: numbers of frames, and ``errors``: packets that could not be decoded.
 
     ``declared`` and ``duration``, s, are the header's, 0 where it does not say; ``predicted``: whether frames are
-    compressed, with loss, by prediction from others; ``end``: time of the last, s; ``coloured``: whether the first is.
+    compressed, with loss, by prediction from others; ``end``: time of the last, s; ``coloured``: whether the first is;
+    ``turns``: quarter turns to the left by which the frames are shown, from the sensor's rows.
     """
 
     declared: int = 0
@@ -75,6 +76,7 @@ class VideoReport:
     interlaced: int = 0
     coloured: bool = False
     errors: int = 0
+    turns: int = 0
 
     @property
     def truncated(self) -> bool:
@@ -103,6 +105,13 @@ def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None
     times or times that do not increase, another number of rows, or a limit of size, time or memory exceeded.
     """
     return Reader(Path(path), None if timestamps is None else Path(timestamps), channel)
+
+
+def shown(path: Path, timestamps: Path | None = None) -> tuple[tuple[int, int], int]:
+    """Width and height of the frames, and the quarter turns to the left by which they are shown; as :func:`read`."""
+    with read(path, timestamps) as film:
+        height, width = next(film).image.shape
+        return (width, height), film.report.turns
 
 
 class Reader(Iterator[Frame]):
@@ -255,7 +264,8 @@ class Reader(Iterator[Frame]):
         rotation = message["rotation"] % 360
         if rotation % 90:
             raise self._unusable("pictures rotated by a multiple of 90 degrees", f"it asks for {rotation}")
-        image = np.ascontiguousarray(np.rot90(image, rotation // 90))
+        self.report.turns = rotation // 90
+        image = np.ascontiguousarray(np.rot90(image, self.report.turns))
         image.setflags(write=False)
         return image
 
