@@ -235,6 +235,42 @@ class TestFiles:
         assert len(back.curve.pieces) == 3
 
 
+class TestOwnPath:
+    def test_it_is_ranked_among_the_known_ones(self) -> None:
+        strip = sf.Strip(length=0.26, eta_b=ETA_B)
+        found = by_name(strip.plan(eta_b_uncertainty=0.0, path=sf.paths.triangular(strip)))
+        given, known = found.pop("given"), found["triangular"]
+        assert (given.error, given.drop, given.margin) == (known.error, known.drop, known.margin)
+        assert given.candidate.made == "triangular"
+        assert len(found) > 3
+
+    @pytest.mark.parametrize(
+        ("options", "words"),
+        [
+            (["--path", "none.csv"], "path = 'none.csv' cannot be used"),
+            (["--path", "mine.csv", "--csv", "mine.csv"], "csv = 'mine.csv' cannot be used; allowed: another file"),
+            (["--path", "mine.csv", "--unit", "mm"], "unit"),
+            (["--smooth", "0.001"], "smooth = 0.001 cannot be used; allowed: this together with path"),
+        ],
+    )
+    def test_what_cannot_be_one(
+        self,
+        options: list[str],
+        words: str,
+        tmp_path: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str],
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "mine.csv").write_text("t,x [m],z [m]\n0,-0.13,0\n1,0,0.13\n2,0.13,0\n")
+        assert main(["plan", "--length", "0.26", "--eta-b", "3780", *options]) == 2
+        assert words in capsys.readouterr().err
+
+    def test_of_another_strip(self, strip: sf.Strip) -> None:
+        with pytest.raises(InvalidInputError, match="a path for a length of 0.26 m"):
+            strip.plan(path=sf.paths.triangular(sf.Strip(length=0.26, eta_b=ETA_B)))
+
+
 class TestReport:
     def test_a_page_in_one_file(self, plan: FoldingPlan, tmp_path: Path) -> None:
         plan.report(tmp_path / "plan.html")

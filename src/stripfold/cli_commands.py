@@ -18,8 +18,10 @@ from stripfold.cli_messages import Say, logger
 from stripfold.files.reporting import as_json, document
 
 if TYPE_CHECKING:
+    from stripfold.ask.inputs import Strip
     from stripfold.base.validation import Input
     from stripfold.files.reporting import Result
+    from stripfold.paths import FoldPath
 
     M = TypeVar("M", bound=Input)
 
@@ -29,6 +31,8 @@ EXTRAS = {".png": "plot", ".html": "plot", ".mp4": "vision", ".pdf": "vision"}
 """Optional part of the package that makes a file, by the end of its name."""
 INPUTS = ("grid", "scene", "result", "path", "image")
 """Arguments that name a file which a command reads."""
+LOG = ("columns", "unit", "frame", "smooth")
+"""Options of a path as a robot writes it."""
 TOO_LOW, TOO_HIGH = 0.44, 0.02
 """Distance of the first touch on an R-path from the planned one where the plan's eta_b is 5 % too low and too high, L*:
 a strip without friction, study disturbed_rpath (docs/physics.md, section 9)."""
@@ -131,7 +135,7 @@ def check_outputs(arguments: argparse.Namespace, parser: argparse.ArgumentParser
     """
     for action in parser._actions:
         name, suffix = action.dest, Path(action.metavar if isinstance(action.metavar, str) else "").suffix
-        if not suffix or not action.option_strings:
+        if not suffix or not action.option_strings or name in INPUTS:
             continue
         said = getattr(arguments, name)
         if named_after and name == "output" and said is None:
@@ -353,6 +357,8 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import PlanInputs
 
     options(parser, PlanInputs, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "goal", "gripper_accuracy"))
+    parser.add_argument("--path", metavar="MINE.csv", help="a path of yours to rank among the known ones: t,x,z")
+    _log_options(parser)
     options(parser, PlanInputs, ("max_snap", "max_slide", "margin", "tool", "layer_friction"))
     text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*]: the R-path needs friction"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
@@ -383,7 +389,11 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
         raise InvalidInputError("base", arguments.base, "a base together with export")
     if export is not None:
         export = writable(checked_name(export), arguments, "export")
-    found = FoldingPlan.of(asked, say)
+    of_path = next((name for name in LOG if getattr(arguments, name) is not None), None)
+    if of_path is not None and arguments.path is None:
+        raise InvalidInputError(of_path, getattr(arguments, of_path), "this together with path")
+    mine = None if arguments.path is None else _read_path(arguments, asked)
+    found = FoldingPlan.of(asked, say, mine)
     writers = {"csv": found.to_csv, "json": found.to_json, "report": found.report}
     targets = {name: target for name in writers if isinstance(target := getattr(arguments, name), Path)}
     for name, target in targets.items():
@@ -460,12 +470,7 @@ def monitor(arguments: argparse.Namespace, say: Say) -> str:
     return ""
 
 
-def assess_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.ask.inputs import PathInputs
-
-    parser.add_argument("path", metavar="PATH.csv", help="t,x,z, and angle if known, as stripfold path writes it")
-    options(parser, PathInputs, (*STRIP, *SHEET, "rho_a", "model"))
-    _fold_option(parser)
+def _log_options(parser: argparse.ArgumentParser) -> None:
     log = parser.add_argument_group("a robot's log")
     log.add_argument("--columns", metavar="T,X,Z", help="names or numbers of its columns of time, x and z")
     log.add_argument("--unit", metavar="m|cm|mm", help="of its positions [as its header says, or m]")
@@ -473,6 +478,26 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
     text = "largest distance of the path from the rows of a log with noise, m"
     log.add_argument("--smooth", type=metres, metavar="M", help=text)
+
+
+def _read_path(arguments: argparse.Namespace, strip: Strip, fold_at: float | None = None) -> FoldPath:
+    """Read a user's path, and say what was moved of it."""
+    from stripfold import paths
+
+    log = {name: getattr(arguments, name) for name in LOG}
+    path = paths.read(arguments.path, strip, fold_at=fold_at, **log)
+    for warning in path.curve.warnings:
+        logger.warning(warning)
+    return path
+
+
+def assess_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.ask.inputs import PathInputs
+
+    parser.add_argument("path", metavar="PATH.csv", help="t,x,z, and angle if known, as stripfold path writes it")
+    options(parser, PathInputs, (*STRIP, *SHEET, "rho_a", "model"))
+    _fold_option(parser)
+    _log_options(parser)
     options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
     options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper", "flatness", "table_friction"))
@@ -497,13 +522,9 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     asked, most = _asked(arguments, PathInputs), arguments.max_error
     if most is not None and not arguments.check:
         raise InvalidInputError("max_error", most, "a limit together with check")
-    from stripfold import paths
     from stripfold.ask.assess import assess
 
-    log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth", "fold_at")}
-    path = paths.read(arguments.path, asked, **log)
-    for warning in path.curve.warnings:
-        logger.warning(warning)
+    path = _read_path(arguments, asked, arguments.fold_at)
     found = assess(asked, path, say)
     said = answer(found, arguments)
     if arguments.film is not None:

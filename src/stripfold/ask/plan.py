@@ -78,10 +78,11 @@ class Refusal:
     reason: str
 
 
-def candidates(asked: PlanInputs) -> list[Candidate]:
-    """Return the known paths of a half fold, the paper's among them."""
+def candidates(asked: PlanInputs, path: FoldPath | None = None) -> list[Candidate]:
+    """Return the known paths of a half fold, the paper's among them, and the user's, if any."""
     height, made = _carried(asked)
-    found = [] if height is None else [Candidate("low", paths.low(asked, height), made)]
+    found = [] if path is None else [Candidate("given", path, path.name)]
+    found += [] if height is None else [Candidate("low", paths.low(asked, height), made)]
     lift = USUAL * asked.gravity_length
     r_path = paths.r_path(asked)
     lifted = f"triangular, lifted up to {1e3 * lift:.1f} mm without horizontal force"
@@ -140,8 +141,10 @@ def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:
     return sorted(outcomes, key=key)
 
 
-def choose(asked: PlanInputs, progress: Progress | None = None) -> tuple[list[Outcome], InTime | None]:
-    """Rank what comes of all paths, and follow the best in time where a speed is given.
+def choose(
+    asked: PlanInputs, progress: Progress | None = None, path: FoldPath | None = None
+) -> tuple[list[Outcome], InTime | None]:
+    """Rank what comes of all paths, the user's among them, and follow the best in time where a speed is given.
 
     Raises
     ------
@@ -157,7 +160,7 @@ def choose(asked: PlanInputs, progress: Progress | None = None) -> tuple[list[Ou
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
         raise InvalidInputError("length", asked.length, allowed, "a shorter strip has no fold with aligned edges")
     bounds = asked.strips[::2] if asked.eta_b_uncertainty else asked.strips[1:2]
-    found = ranked(asked, [outcome_of(asked, candidate, bounds, say) for candidate in candidates(asked)])
+    found = ranked(asked, [outcome_of(asked, candidate, bounds, say) for candidate in candidates(asked, path)])
     # What slips on the table is no fold, unless all do: then how far the one slides that needs the least friction.
     slides = asked.table_friction is not None and all(outcome.table_slide != 0.0 for outcome in found)
     if slides:
@@ -211,10 +214,10 @@ class FoldingPlan(Result):
     shown = ("path", "error")
 
     @classmethod
-    def of(cls, asked: PlanInputs, progress: Progress | None = None) -> Self:
-        """Choose the best path."""
+    def of(cls, asked: PlanInputs, progress: Progress | None = None, path: FoldPath | None = None) -> Self:
+        """Choose the best path, of the known ones and a user's."""
         began = perf_counter()
-        outcomes, moved = choose(asked, progress)
+        outcomes, moved = choose(asked, progress, path)
         return cls(tuple(outcomes), moved, _waypoints(outcomes[0], asked), asked, perf_counter() - began)
 
     @property

@@ -248,6 +248,15 @@ class Strip:
             Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
         from stripfold.ask.inputs import PathInputs
+
+        self._check(path)
+        asked = self._asked(PathInputs, locals())
+        from stripfold.ask.assess import assess
+
+        return assess(asked, path, progress)
+
+    def _check(self, path: FoldPath) -> None:
+        """Raise InvalidInputError: no path, or one for a strip of another length."""
         from stripfold.paths import FoldPath
 
         if not isinstance(cast(object, path), FoldPath):
@@ -256,10 +265,6 @@ class Strip:
         if not isclose(path.length, self.length):
             made_for = f"a path for a length of {path.length:g} m"
             raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
-        asked = self._asked(PathInputs, locals())
-        from stripfold.ask.assess import assess
-
-        return assess(asked, path, progress)
 
     def _asked(self, model: type[M], arguments: Mapping[str, Any]) -> M:
         """Make the inputs of a question from this strip and the arguments of a method."""
@@ -293,6 +298,7 @@ class Strip:
     def plan(
         self,
         *,
+        path: FoldPath | None = None,
         eta_b_uncertainty: float = 0.2,
         goal: str = "accurate",
         gripper_accuracy: float = 1e-3,
@@ -313,6 +319,8 @@ class Strip:
 
         Parameters
         ----------
+        path
+            One of yours, ranked among the known ones as "given".
         eta_b_uncertainty
             Relative uncertainty of eta_b.
         goal
@@ -345,4 +353,6 @@ class Strip:
         from stripfold.ask.inputs import PlanInputs
         from stripfold.ask.plan import FoldingPlan
 
-        return FoldingPlan.of(self._asked(PlanInputs, locals()), progress)
+        if path is not None:
+            self._check(path)
+        return FoldingPlan.of(self._asked(PlanInputs, locals()), progress, path)

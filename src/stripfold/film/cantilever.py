@@ -101,7 +101,7 @@ class Cantilever(ShapeFit):
         assert self.line is not None
         n, lower, upper = self.law
         where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
-        no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
+        no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip, or is twisted"
         slope = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
         secant = "from a quarter of the largest curvature to all of it"
         law = f"M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"
