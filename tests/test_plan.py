@@ -267,7 +267,7 @@ class TestOwnPath:
         assert words in capsys.readouterr().err
 
     def test_of_another_strip(self, strip: sf.Strip) -> None:
-        with pytest.raises(InvalidInputError, match="a path for a length of 0.26 m"):
+        with pytest.raises(InvalidInputError, match=r"a path for a length of 0\.26 m"):
             strip.plan(path=sf.paths.triangular(sf.Strip(length=0.26, eta_b=ETA_B)))
 
 
