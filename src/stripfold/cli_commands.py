@@ -203,7 +203,7 @@ def plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") 
 def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import Scene
 
-    names = (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty", "second_gripper", "clamp")
+    names = (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty", "second_gripper", "clamp", "curl")
     options(parser, Scene, names)
     plot_option(parser, "the strip there")
 
@@ -248,7 +248,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 
     text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
     parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
-    names = (*STRIP, "height", *SHEET, "model", "friction_moment", "clamp", "accuracy")
+    names = (*STRIP, "height", *SHEET, "model", "friction_moment", "clamp", "curl", "accuracy")
     options(parser, Simulation, names, required=False)
     # What is not given is the model's to fill in, and must not come with a scene.
     parser.set_defaults(**dict.fromkeys(names))
@@ -501,6 +501,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
     options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper", "flatness", "table_friction"))
+    options(parser, PathInputs, ("curl",))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
     plot_option(parser, "the strip along the path")
     parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")

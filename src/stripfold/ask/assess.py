@@ -399,7 +399,8 @@ def assess(
     if asked.gripper == "turning" and not curve.turns:
         advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
         raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
-    strip = StripModel(asked.length_star, material.relative_thickness, material.nu, kind=asked.model)
+    thickness, curl = material.relative_thickness, asked.curl_star
+    strip = StripModel(asked.length_star, thickness, material.nu, kind=asked.model, curl=curl)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     fall = in_solver_units(Release(), material) if asked.fall else None
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)

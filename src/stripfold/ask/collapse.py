@@ -162,7 +162,8 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
 def timed(simulation: Simulation, progress: Progress | None = None) -> tuple[xr.Dataset, Clock]:
     """As :func:`run`, with the time taken beside the dataset, which is the same in every run."""
     asked, thickness = simulation.effects, simulation.material.relative_thickness
-    strip = StripModel(simulation.length_star, thickness, simulation.nu, kind=simulation.model)
+    curl = simulation.curl_star
+    strip = StripModel(simulation.length_star, thickness, simulation.nu, kind=simulation.model, curl=curl)
     fall = in_solver_units(simulation, simulation.material) if asked.inertia != "off" else None
     layers = thickness if asked.self_contact != "off" else None
     mu = simulation.layer_friction if asked.layer_friction != "off" else 0.0

@@ -211,8 +211,8 @@ def find(scene: Scene, progress: Progress | None = None, prediction: ElasticaPre
         reason=reason,
         seconds=perf_counter() - began,
         model=used.model,
-        model_error=nan if scene.clamp is not None else advance * used.distance_from_solid(used.model),
-        solid_error=nan if scene.law == "printed" or scene.clamp is not None else advance * solid,
+        model_error=advance * used.distance_from_solid(used.model) if scene.plain else nan,
+        solid_error=advance * solid if scene.plain and scene.law == "svk" else nan,
         eta_b_range=None if uncertainty is None else over_eta_b(scene, uncertainty, advance),
         second_gripper=second_gripper(scene, place) if place is not None and snaps else None,
         scene=scene,
@@ -278,7 +278,8 @@ def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _
     length, accuracy = scene.length_star, scene.accuracy
     if scene.model == "elastica":
         return _of_elastica(prediction, length)
-    strip = StripModel(length, scene.material.relative_thickness, scene.nu, law=scene.law, kind=scene.model)
+    thickness, curl = scene.material.relative_thickness, scene.curl_star
+    strip = StripModel(length, thickness, scene.nu, law=scene.law, kind=scene.model, curl=curl)
     tolerance = max(LAMBDA_TOLERANCE, BRACKET * accuracy * prediction.last.advance)
     run, error = _fine_enough(scene, strip, prediction, tolerance, progress)
     at, critical = run.last, run.critical

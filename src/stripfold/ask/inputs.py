@@ -196,8 +196,27 @@ FLATNESS = 5e-4
 """Usual height of wrinkles, m: half a millimetre over 5 cm."""
 
 
-class Clamped(AtHeight):
-    """The same with a gripper that may clamp the strip."""
+Curl = Annotated[
+    Number,
+    quantity("curvature of the strip without forces; positive where the ends of what lies would curl up", "1/m"),
+]
+MAX_CURL = 0.5
+"""Largest curl of a strip, 1/L*: more lifts what lies far beside the ends."""
+
+
+def _checked_curl(strip: Strip, curl: float) -> float:
+    """The curl in 1/L*; InvalidInputError: a strip curled so much that it would not lie."""
+    largest = MAX_CURL / strip.gravity_length
+    if not abs(curl) <= largest:
+        allowed = f"from {-largest:.3g} to {largest:.3g} 1/m, {MAX_CURL:g} / L*"
+        raise InvalidInputError("curl", curl, allowed, "one over the radius of the curled strip, m")
+    return curl * strip.gravity_length
+
+
+class Held(AtHeight):
+    """The same with a gripper that may clamp the strip, which may be curled."""
+
+    curl: Curl = 0.0
 
     clamp: Annotated[
         Number | None,
@@ -210,12 +229,22 @@ class Clamped(AtHeight):
     ] = None
 
     @property
+    def curl_star(self) -> float:
+        """The curl, 1/L*."""
+        return _checked_curl(self, self.curl)
+
+    @model_validator(mode="after")
+    def _check_curl(self) -> Self:
+        _checked_curl(self, self.curl)
+        return self
+
+    @property
     def clamp_angle(self) -> float | None:
         """The clamp's angle, rad."""
         return None if self.clamp is None else radians(self.clamp)
 
 
-class Scene(Clamped):
+class Scene(Held):
     """A strip and a gripper height, for a critical point.
 
     Examples
@@ -239,17 +268,25 @@ class Scene(Clamped):
     second_gripper: SecondPlace = None
 
     @model_validator(mode="after")
-    def _check_clamp(self) -> Self:
-        if self.clamp is not None:
+    def _check_plain(self) -> Self:
+        if not self.plain:
+            special = "curl" if self.clamp is None else "clamp"
             if self.model in ("elastica", "auto"):
-                raise InvalidInputError("model", self.model, "solid or rod together with clamp")
+                raise InvalidInputError("model", self.model, f"solid or rod together with {special}")
             for name in ("eta_b_uncertainty", "second_gripper"):
                 if getattr(self, name) is not None:
-                    raise InvalidInputError("clamp", self.clamp, f"no clamp together with {name}")
+                    raise InvalidInputError(special, getattr(self, special), f"no {special} together with {name}")
         return self
+
+    @property
+    def plain(self) -> bool:
+        """Whether the strip is the paper's, as the bounds of the errors know it: in a hinge and not curled."""
+        return self.clamp is None and not self.curl
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
+        if self.curl and self.law != "svk":
+            raise InvalidInputError("law", self.law, "svk together with curl")
         if self.model != "solid" and self.law != "svk":
             raise InvalidInputError("law", self.law, "svk", "only the solid has another law")
         return self
@@ -290,6 +327,18 @@ class PathInputs(Strip):
     ] = "hinge"
     flatness: Flatness = FLATNESS
     table_friction: TableFriction = None
+    curl: Curl = 0.0
+
+    @property
+    def curl_star(self) -> float:
+        """The curl, 1/L*."""
+        return _checked_curl(self, self.curl)
+
+    @model_validator(mode="after")
+    def _check_curl(self) -> Self:
+        if _checked_curl(self, self.curl) and self.second_gripper is not None:
+            raise InvalidInputError("curl", self.curl, "no curl together with second_gripper")
+        return self
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -456,7 +505,7 @@ def _all_auto(value: Any) -> Any:
     return value
 
 
-class Simulation(Clamped, Release):
+class Simulation(Held, Release):
     """A strip through its collapse: a scene, how the strip is released, and with which effects.
 
     The model is the solid, or what ``model`` says; with ``effects`` and without ``model``, what those say or need.

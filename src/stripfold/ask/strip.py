@@ -95,6 +95,7 @@ class Strip:
         eta_b_uncertainty: float | None = None,
         second_gripper: float | Literal["auto"] | None = None,
         clamp: float | None = None,
+        curl: float = 0.0,
         progress: Progress | None = None,
     ) -> CriticalPoint:
         """The critical point: where the strip snaps when its gripper advances at constant height.
@@ -118,6 +119,9 @@ class Strip:
         clamp
             Angle at which the gripper clamps the strip, degrees: 0 as it grasps the flat strip, 90 with the strip
             straight down from it; without one it is a hinge.  For the solid and the rod.
+        curl
+            Curvature of the strip without forces, 1/m, positive where the ends of what lies would curl up; its far end
+            is held flat.  For the solid and the rod.
 
         Raises
         ------
@@ -143,6 +147,7 @@ class Strip:
         effects: Mapping[str, str] | None = None,
         friction_moment: float = 0.0,
         clamp: float | None = None,
+        curl: float = 0.0,
         accuracy: float = 1e-3,
         progress: Progress | None = None,
     ) -> StripCollapse:
@@ -163,6 +168,8 @@ class Strip:
             the fall.
         clamp
             Angle at which the gripper clamps the strip, degrees; a hinge where it is not given.
+        curl
+            Curvature of the strip without forces, 1/m; positive where the ends of what lies would curl up.
         accuracy
             Requested relative accuracy of lambda_c, by which effects are needed or not.
 
@@ -179,7 +186,7 @@ class Strip:
         with within("release"):
             released = Release.of({} if release is None else release).model_dump()
         given = asdict(self) | {"height": height, "accuracy": accuracy}
-        given |= {"friction_moment": friction_moment, "clamp": clamp}
+        given |= {"friction_moment": friction_moment, "clamp": clamp, "curl": curl}
         given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
         asked = Simulation.of(given | released)
         from stripfold.ask.collapse import StripCollapse
@@ -201,6 +208,7 @@ class Strip:
         gripper: Gripper = "hinge",
         flatness: float = 5e-4,
         table_friction: float | None = None,
+        curl: float = 0.0,
         progress: Progress | None = None,
     ) -> PathAssessment:
         """Assess a gripper path: critical points, first touch, final shape, forces.
@@ -239,6 +247,8 @@ class Strip:
         table_friction
             Coefficient of friction of the table that alone holds what lies, and lets it slide.  Its end is pinned
             where it is not given.
+        curl
+            Curvature of the strip without forces, 1/m, positive where the ends of what lies would curl up.
 
         Raises
         ------

@@ -32,7 +32,7 @@ STEPS = StepOptions(
 """A step that needs more iterations is halved: where there is no state it would not end."""
 LOW = 1e-3
 """Height, L*, below which a gripper beside a layer that lies is on the floor: there the part between them, a beam of
-length (24 z)^(1/4), shrinks without bound."""
+length (24 z)^(1/4) where nothing is curled, shrinks without bound."""
 NEAR_FLOOR = 1e-2
 """Arc length to which the landing of a gripper is located: almost all of it is change of that part."""
 FIRST_INTERVAL = 0.02
@@ -109,15 +109,24 @@ def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
     if height <= 0.0:
         allowed = "a path that lifts the end of the strip from its start"
         raise InvalidInputError("path", "along the floor", allowed, "leave out what is on the floor before the lift")
-    free = (24.0 * height) ** 0.25
+    curl = mesh(np.array([1.0])).model.curl
+    free = _beside(height, curl)
     planned = mesh(np.array([free]))
-    model = planned.model
+    model, reaction = planned.model, curl / free + 0.5 * free
     a = np.clip(free - model.s, 0.0, None)
-    position = np.stack([model.s - model.length / 2.0, free * a**3 / 12.0 - a**4 / 24.0], axis=1)
-    u = model.unknowns_of(position, -(free * a**2 / 4.0 - a**3 / 6.0))
+    position = np.stack([model.s - model.length / 2.0, reaction * a**3 / 6.0 - a**4 / 24.0], axis=1)
+    u = model.unknowns_of(position, -(reaction * a**2 / 2.0 - a**3 / 6.0))
     # The gripper's advance compresses the strip evenly.
     u[model.middle[:, 0]] += dx * (1.0 - model.s / model.length)
     return solved(MovingContact(planned, motion), np.append(u, free), lam)
+
+
+def _beside(height: float, curl: float) -> float:
+    """Length of the part beside a gripper near the floor, a beam under its weight, whose end has the curl's curvature.
+
+    Its height there is curl a^2 / 6 + a^4 / 24; where the curl is down, it is an arch even on the floor.
+    """
+    return float(np.sqrt(2.0 * (np.hypot(curl, np.sqrt(6.0 * height)) - curl)))
 
 
 def from_elastica(mesh: Planned, motion: Motion, lam: float, state: elastica.State) -> BranchPoint:
@@ -223,7 +232,7 @@ def _landed(at: BranchPoint) -> BranchPoint:
 
 def _taken_off(at: BranchPoint) -> BranchPoint:
     """The upper layer lies from some way beside the gripper on."""
-    beside = min((24.0 * LOW) ** 0.25, 0.5 * float(at.contact[0]))
+    beside = min(_beside(LOW, at.model.curl), 0.5 * float(at.contact[0]))
     contact = np.append(beside, at.contact)
     return transferred(at, contact, (False, *at.topology), (np.zeros(len(contact)), 1.0))
 

@@ -61,7 +61,8 @@ class StripModel:
     """A strip in solver units and its discretisation.
 
     ``length`` and ``thickness`` in L*; ``kind`` is "solid", "rod" or "reference".  ``nu`` is for all but the rod; with
-    another order, number of elements across or law than the usual ones a solid is a :class:`.Reference`.
+    another order, number of elements across or law than the usual ones a solid is a :class:`.Reference`.  ``curl``:
+    curvature without forces, 1/L*, of the rod and the solid.
     """
 
     length: float
@@ -71,6 +72,7 @@ class StripModel:
     across: int = 1
     law: str = "svk"
     kind: str = "solid"
+    curl: float = 0.0
 
     def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Planned:
         """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
@@ -86,9 +88,9 @@ class StripModel:
     def model(self, elements: int | Array) -> Model:
         """The strip with this number of elements, or with these ends of elements."""
         if self.kind == "rod":
-            return Rod.of(self.length, self.thickness, elements=elements)
+            return Rod.of(self.length, self.thickness, elements=elements, curl=self.curl)
         if self.kind == "solid" and (self.order, self.across, self.law) == (2, 1, "svk"):
-            return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements)
+            return Solid.of(self.length, self.thickness, nu=self.nu, elements=elements, curl=self.curl)
         from stripfold.strip.reference import Reference  # scikit-fem takes longer to import than many a run
 
         options: dict[str, Any] = {"order": self.order, "across": self.across, "law": self.law}

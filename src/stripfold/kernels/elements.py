@@ -36,6 +36,9 @@ class Elements(NamedTuple):
         Rod: shape (9,), weight of each strain in viscosity over its weight in energy.
     lam, mu
         Solid: Lame parameters.
+    rest
+        Stress of the flat strip, which by itself would be curled.  Rod: shape (9,), times its weight, of each strain.
+        Solid: shape (n_quadrature,), along the strip.
     """
 
     is_rod: bool
@@ -46,6 +49,7 @@ class Elements(NamedTuple):
     viscous: Array
     lam: float
     mu: float
+    rest: Array
 
 
 elements_type = numba.types.NamedTuple(
@@ -58,6 +62,7 @@ elements_type = numba.types.NamedTuple(
         vector,
         numba.float64,
         numba.float64,
+        vector,
     ],
     Elements,
 )
@@ -96,7 +101,7 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
 
 @compiled(matrix(elements_type, vector, vector, vector))
 def predict(el, q, dq, growth):
-    """Stress at ``q + dq`` from the strain linearised at ``q``: see :meth:`.Model.predict_stress`.
+    """Stress at ``q + dq`` from the strain linearised at ``q``, without ``rest``: see :meth:`.Model.predict_stress`.
 
     ``growth``: change of each element's length as a share of it, shape (n_elements,); empty for none.
     Rod: times its weight, shape (n_elements, 9).  Solid: shape (n_elements, 4 n_quadrature), xx, xz, zx, zz.
@@ -112,6 +117,14 @@ def distance(el, q0, q1, viscous):
     if el.is_rod:
         return rod.distance(el, q0, q1, viscous)
     return solid.distance(el, q0, q1)
+
+
+@compiled(numba.float64(elements_type, vector))
+def rest_energy(el, q):
+    """Work of ``rest`` from the flat state on."""
+    if el.is_rod:
+        return rod.rest_energy(el, q)
+    return solid.rest_energy(el, q)
 
 
 @compiled(numba.float64(elements_type, vector))

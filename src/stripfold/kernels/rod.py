@@ -36,7 +36,7 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
     d0, d1, e0, e1 = np.empty((7, 2)), np.empty((7, 2)), np.empty(9), np.empty(9)
     local, left, right, grown = np.empty(8), np.empty(8), np.empty(8), np.empty(8)
     k = np.empty((8, 8))
-    stress, geometric, modulus = np.empty(9), np.empty(9), np.empty(9)
+    elastic, stress, geometric, modulus = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
     with_tangent, with_predicted, with_growth = len(band) > 0, len(predicted) > 0, len(growth) > 0
     half = 1.0 if in_state else 0.5
     for e in range(len(el.unknowns)):
@@ -48,9 +48,10 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
         for p in range(9):
             d = el.stiffness[e, p]
             share = 1.0 if in_state else 0.5 + kappa * el.viscous[p]
-            stress[p] = d * ((1.0 - share) * e0[p] + share * e1[p])
+            elastic[p] = d * ((1.0 - share) * e0[p] + share * e1[p])
+            stress[p] = elastic[p] + el.rest[p]
             end = predicted[e, p] if with_predicted else d * e1[p]
-            geometric[p] = half * ((1.0 - share) * d * e0[p] + share * end)
+            geometric[p] = half * ((1.0 - share) * d * e0[p] + share * end + el.rest[p])
             modulus[p] = share * d
         for a in range(8):
             local[a] = grown[a] = 0.0
@@ -90,8 +91,8 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
             if with_growth:
                 # Stiffness proportional to 1 / length, and the displacements' scale.
                 for a in range(4):
-                    grown[2 * a] -= stress[p] * left[2 * a] + stress[p + 2] * s[a]
-                    grown[2 * a + 1] -= stress[p] * left[2 * a + 1] + stress[p + 4] * s[a]
+                    grown[2 * a] -= elastic[p] * left[2 * a] + elastic[p + 2] * s[a]
+                    grown[2 * a + 1] -= elastic[p] * left[2 * a + 1] + elastic[p + 4] * s[a]
                 for a in range(0, 4, 2):
                     grown[2 * a] -= g * left[2 * a] + geometric[p + 2] * s[a]
                     grown[2 * a + 1] -= g * left[2 * a + 1] + geometric[p + 4] * s[a]
@@ -168,6 +169,18 @@ def distance(el, q0, q1, viscous):
         for p in range(9):
             weight = el.viscous[p] if viscous else 1.0
             total += weight * el.stiffness[e, p] * (e1[p] - e0[p]) ** 2
+    return total
+
+
+@compiled()
+def rest_energy(el, q):
+    total = 0.0
+    d, strain = np.empty((7, 2)), np.empty(9)
+    for e in range(len(el.unknowns)):
+        slopes(el, e, q, d)
+        strain_of(d, strain)
+        for p in range(9):
+            total += el.rest[p] * strain[p]
     return total
 
 

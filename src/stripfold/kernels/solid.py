@@ -72,8 +72,8 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
             a1, b1, c1 = strain_of(xx1, xz1, zx1, zz1)
             # Stress at both ends of the step: xx, zz and xz.
             t0, t1 = lam * (a0 + b0), lam * (a1 + b1)
-            a0, b0, c0 = t0 + 2.0 * mu * a0, t0 + 2.0 * mu * b0, 2.0 * mu * c0
-            a1, b1, c1 = t1 + 2.0 * mu * a1, t1 + 2.0 * mu * b1, 2.0 * mu * c1
+            a0, b0, c0 = t0 + 2.0 * mu * a0 + el.rest[p], t0 + 2.0 * mu * b0, 2.0 * mu * c0
+            a1, b1, c1 = t1 + 2.0 * mu * a1 + el.rest[p], t1 + 2.0 * mu * b1, 2.0 * mu * c1
             sxx, szz, sxz = (
                 (1.0 - share) * a0 + share * a1,
                 (1.0 - share) * b0 + share * b1,
@@ -89,7 +89,7 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
             if not with_tangent:
                 continue
             if with_predicted:
-                a1, b1, c1 = predicted[e, 4 * p], predicted[e, 4 * p + 3], predicted[e, 4 * p + 1]
+                a1, b1, c1 = predicted[e, 4 * p] + el.rest[p], predicted[e, 4 * p + 3], predicted[e, 4 * p + 1]
             gxx = half * w * ((1.0 - share) * a0 + share * a1)
             gzz = half * w * ((1.0 - share) * b0 + share * b1)
             gxz = half * w * ((1.0 - share) * c0 + share * c1)
@@ -184,6 +184,18 @@ def distance(el, q0, q1):
             a, b, c = a1 - a0, b1 - b0, c1 - c0
             density = el.lam * (a + b) ** 2 + 2.0 * el.mu * (a * a + b * b + 2.0 * c * c)
             total += el.stiffness[e, p] * density
+    return total
+
+
+@compiled()
+def rest_energy(el, q):
+    total = 0.0
+    x, z = np.empty(NODES), np.empty(NODES)
+    for e in range(len(el.unknowns)):
+        gather(q, el.unknowns[e], x, z)
+        for p in range(el.stiffness.shape[1]):
+            xx, xz, zx, zz = gradient(el.shape[e, p], x, z)
+            total += el.stiffness[e, p] * el.rest[p] * strain_of(xx, xz, zx, zz)[0]
     return total
 
 

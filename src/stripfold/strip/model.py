@@ -50,6 +50,10 @@ class Model(ABC):
         def element_unknowns(self) -> Index: ...
 
         @property
+        def curl(self) -> float:
+            """Curvature without forces, 1/L*."""
+
+        @property
         def ends(self) -> Array:
             """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
 
@@ -160,8 +164,10 @@ class Model(ABC):
         return float(np.sqrt((x * x + z * z).max()))
 
     def energy(self, q: Array) -> float:
-        """Elastic energy."""
-        return 0.5 * float(kernels.elements.distance(self.elements, np.zeros(self.size), _vector(q), False))
+        """Elastic energy, over that of the flat strip."""
+        elements, q = self.elements, _vector(q)
+        stored = 0.5 * kernels.elements.distance(elements, np.zeros(self.size), q, False)
+        return float(stored + kernels.elements.rest_energy(elements, q))
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
         """Squared distance of two states in strain, weighted with the stiffness: of two that differ by a turn, none."""

@@ -241,7 +241,16 @@ class StripProblem(FixedUnknowns):
 
     @cached_property
     def prescribed(self) -> Index:
-        return np.concatenate([self.motion.grasped(self.model), self.model.middle[-1]])
+        return np.concatenate([self.motion.grasped(self.model), self._held_end])
+
+    @property
+    def _held_end(self) -> Index:
+        """Unknowns of the held end, which is pinned; that of a curled strip, which would not lie there, is held flat."""
+        model, directors = self.model, self.model.directors
+        if not model.curl:
+            return model.middle[-1]
+        # A level tangent, or an upright section.
+        return np.concatenate([model.middle[-1], directors.unknowns[-1, 1, :, 0 if model.slopes is None else 1]])
 
     @cached_property
     def bounded(self) -> Index:
@@ -370,7 +379,7 @@ class StripProblem(FixedUnknowns):
         return elastic, float(self.model.weight @ q)
 
     def prescribed_values(self, lam: float) -> Array:
-        return np.concatenate([self.motion.values(lam), np.zeros(2)])
+        return np.concatenate([self.motion.values(lam), np.zeros(len(self._held_end))])
 
     def prescribed_rates(self, lam: float) -> Array:
-        return np.concatenate([self.motion.rates(lam), np.zeros(2)])
+        return np.concatenate([self.motion.rates(lam), np.zeros(len(self._held_end))])

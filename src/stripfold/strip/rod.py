@@ -47,6 +47,8 @@ is several times farther from that one's.
 STRETCHING = np.concatenate([12.0 * W_STRETCH, np.zeros(6)])
 BENDING_STIFFNESS = np.concatenate([np.zeros(3), *(share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1]))])
 """Stiffness of each strain on an element of length one, times the thickness squared in stretching."""
+IN_CURL = np.concatenate([np.zeros(3), W_BEND, np.zeros(4)])
+"""Weight of each strain in the integral of the curvature."""
 VISCOUS = np.array([1.0, 1.0, 1.0, 1.0 / BENDING[0], 1.0 / BENDING[0], 0.0, 0.0, 0.0, 0.0])
 """Weight of each strain in viscosity over its weight in energy: only kappa counts in bending.
 
@@ -116,20 +118,21 @@ class Rod(Model):
     s: Array = field(repr=False)
     element_unknowns: Index = field(repr=False)
     pattern: BandPattern = field(repr=False)
+    curl: float = 0.0
 
     @classmethod
-    def of(cls, length: float, thickness: float, *, elements: int | Array = 100) -> Rod:
+    def of(cls, length: float, thickness: float, *, elements: int | Array = 100, curl: float = 0.0) -> Rod:
         """Discretise a strip; lengths in L*.
 
-        ``elements``: number of elements, or their ends as distances from the grasped end, shape (m,).  Raises
-        InvalidInputError: ends that cannot be used.
+        ``elements``: number of elements, or their ends as distances from the grasped end, shape (m,).  ``curl``: its
+        curvature without forces, 1/L*.  Raises InvalidInputError: ends that cannot be used.
         """
         s = ends_of(length, elements)
         unknowns, pattern = _numbering(len(s) - 1)
-        return cls(length, thickness, s, unknowns, pattern)
+        return cls(length, thickness, s, unknowns, pattern, curl)
 
     def with_ends(self, ends: Array) -> Rod:
-        return Rod(self.length, self.thickness, ends, self.element_unknowns, self.pattern)
+        return Rod(self.length, self.thickness, ends, self.element_unknowns, self.pattern, self.curl)
 
     @cached_property
     def scale(self) -> Array:
@@ -192,8 +195,9 @@ class Rod(Model):
 
     @cached_property
     def elements(self) -> Elements:
+        rest = -self.curl * IN_CURL
         return kernels.elements.Elements(
-            True, self.element_unknowns, SHAPE, self.scale, self.stiffness, VISCOUS, 0.0, 0.0
+            True, self.element_unknowns, SHAPE, self.scale, self.stiffness, VISCOUS, 0.0, 0.0, rest
         )
 
     def strain(self, q: Array) -> Array:

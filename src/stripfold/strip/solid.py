@@ -91,24 +91,28 @@ class Solid(Model):
     """A strip of St Venant-Kirchhoff material; make it with :meth:`of`.
 
     ``nu``: Poisson's ratio.  ``ends``: distance of the elements' ends from the grasped end, shape (n_elements + 1,).
+    ``curl``: curvature without forces, 1/L*.
     """
 
     length: float
     thickness: float
     nu: float
     ends: Array = field(repr=False)
+    curl: float = field(default=0.0, kw_only=True)
 
     @classmethod
-    def of(cls, length: float, thickness: float, *, nu: float = 0.0, elements: int | Array = 200) -> Self:
+    def of(
+        cls, length: float, thickness: float, *, nu: float = 0.0, elements: int | Array = 200, curl: float = 0.0
+    ) -> Self:
         """Discretise a strip; lengths in L*.
 
         ``elements``: number of elements along the strip, or their ends as distances from the grasped end, shape (m,).
-        Raises InvalidInputError: ends that cannot be used.
+        ``curl``: its curvature without forces, 1/L*.  Raises InvalidInputError: ends that cannot be used.
         """
-        return cls(length, thickness, nu, ends_of(length, elements))
+        return cls(length, thickness, nu, ends_of(length, elements), curl=curl)
 
     def with_ends(self, ends: Array) -> Solid:
-        return Solid(self.length, self.thickness, self.nu, ends)
+        return Solid(self.length, self.thickness, self.nu, ends, curl=self.curl)
 
     @property
     def _numbering(self) -> tuple[Index, Index, BandPattern]:
@@ -189,8 +193,11 @@ class Solid(Model):
         shape = np.empty((len(lengths), *gradients.shape))
         shape[:, :, 0] = gradients[:, 0] / lengths[:, None, None]
         shape[:, :, 1] = gradients[:, 1]
+        # Straightened, a curled section has a stress that grows with the height over its middle.
+        height = np.tile(gauss(ACROSS)[0] - 0.5, ALONG)
+        rest = 12.0 * self.curl / self.thickness**2 * height
         return kernels.elements.Elements(
-            False, self.element_unknowns, shape, none[:, None], lengths[:, None] * weights, none, *self.lame
+            False, self.element_unknowns, shape, none[:, None], lengths[:, None] * weights, none, *self.lame, rest
         )
 
     @property
