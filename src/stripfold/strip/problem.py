@@ -245,7 +245,7 @@ class StripProblem(FixedUnknowns):
 
     @property
     def _held_end(self) -> Index:
-        """Unknowns of the held end, which is pinned; that of a curled strip, which would not lie there, is held flat."""
+        """Unknowns of the held end, which is pinned; that of a curled strip, which might not lie, is held flat."""
         model, directors = self.model, self.model.directors
         if not model.curl:
             return model.middle[-1]
