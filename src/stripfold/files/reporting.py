@@ -91,7 +91,7 @@ OTHER = {
         "height height_sd margin residual s scale second_gripper snap_boundary square step touch_limit x_c",
         "degree": "angle clamp slope",
         "px": "camera_matrix image_size rms split_half",
-        "m-1": "curvature",
+        "m-1": "curl curvature",
         "m s-1": "disturbance",
         "s": "duration seconds",
         "s-2": "pull",
