@@ -138,6 +138,20 @@ def test_a_collapse_is_the_critical_points(tmp_path: Any) -> None:
     assert fall.lambda_c > strip.critical(0.09, model="rod").lambda_c + 1e-3
 
 
+def test_a_plan_follows_the_curled_strip_and_knows_no_margin() -> None:
+    strip = sf.Strip(length=0.26, eta_b=3770)
+    found = strip.plan(eta_b_uncertainty=0.0, curl=4.0)
+    followed = {outcome.name: outcome for outcome in found.outcomes}["triangular"]
+    (verdict,) = followed.verdicts
+    alone = strip.assess(sf.paths.triangular(strip), model="rod", fall=True, curl=4.0)
+    assert verdict.touch_x == pytest.approx(alone.touch_x, abs=1e-9)
+    assert np.isnan(found.margin)
+    with pytest.raises(sf.NoPathError, match="at an unknown length"):
+        strip.plan(eta_b_uncertainty=0.0, curl=4.0, margin=0.001)
+    with pytest.raises(sf.InvalidInputError, match="no curl together with friction_moment"):
+        strip.plan(curl=4.0, friction_moment=1e-4)
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

@@ -421,6 +421,7 @@ class PlanInputs(Strip):
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
     flatness: Flatness = FLATNESS
     table_friction: TableFriction = None
+    curl: Curl = 0.0
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:
@@ -429,6 +430,9 @@ class PlanInputs(Strip):
             raise InvalidInputError("margin", self.margin, f"less than the length, {self.length:g} m", advice)
         if self.yield_curvature is not None and self.friction_moment is None:
             raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
+        for strip in self.strips:
+            if _checked_curl(strip, self.curl) and self.friction_moment is not None:
+                raise InvalidInputError("curl", self.curl, "no curl together with friction_moment")
         return self
 
     @property

@@ -264,7 +264,7 @@ class _Follower:
     def verdict(self, strip: Strip, moment: float | None = None) -> PathAssessment:
         """The rod's, with falls, or with a friction moment, N."""
         asked = self.asked
-        given: dict[str, Any] = {"flatness": asked.flatness, "gripper": self.candidate.gripper}
+        given: dict[str, Any] = {"flatness": asked.flatness, "gripper": self.candidate.gripper, "curl": asked.curl}
         if self.slides:
             given["table_friction"] = asked.table_friction
         inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=moment is None)
@@ -293,10 +293,10 @@ class _Follower:
         return self.candidate.path.curve.scaled(1.0 / strip.gravity_length)
 
     def margin(self, verdict: PathAssessment) -> float:
-        """Least distance from where this strip snaps, up to the touch; 0 where it does, nan of a clamp."""
+        """Least distance from where this strip snaps, up to the touch; 0 where it does, nan of a clamp or a curl."""
         if not verdict.stable:
             return 0.0
-        if self.candidate.gripper != "hinge":
+        if self.candidate.gripper != "hinge" or self.asked.curl:
             return nan
         unit, places = verdict.asked.gravity_length, list[tuple[float, float]]()
         below = elastica.touch_limit() * unit - self.candidate.path.places[:, 2].max()

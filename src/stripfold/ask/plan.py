@@ -109,10 +109,9 @@ def _carried(asked: PlanInputs) -> tuple[float | None, str]:
     if highest < LOWEST * given:
         return None, ""
     height = float(np.clip(USUAL * given, min(lowest, highest), highest))
-    made = (
-        f"carried {1e3 * height:.1f} mm high; below {1e3 * limit:.1f} mm nothing snaps with any eta_b of the interval"
-    )
-    return height, made
+    made = f"carried {1e3 * height:.1f} mm high"
+    below = f"; below {1e3 * limit:.1f} mm nothing snaps with any eta_b of the interval"
+    return height, made if asked.curl else made + below
 
 
 def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:

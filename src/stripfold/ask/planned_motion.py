@@ -150,7 +150,7 @@ def at_speed(
     """
     material, unit = strip.material, strip.gravity_length
     return follow_in_time(
-        StripModel(strip.length_star, material.relative_thickness, kind="rod"),
+        StripModel(strip.length_star, material.relative_thickness, kind="rod", curl=asked.curl * unit),
         path,
         mu,
         moment / material.scales["N"],

@@ -323,6 +323,7 @@ class Strip:
         acceleration: float = 0.5,
         flatness: float = 5e-4,
         table_friction: float | None = None,
+        curl: float = 0.0,
         progress: Progress | None = None,
     ) -> FoldingPlan:
         """Rank the gripper paths that fold the strip in half by what comes of them (docs/plan.md).
@@ -352,6 +353,9 @@ class Strip:
             Height of the wrinkles that may be in the flat strip, m: a push that makes them grow ranks a path last.
         table_friction
             Coefficient of friction of the table that alone holds what lies; its end is pinned where it is not given.
+        curl
+            Curvature of the strip without forces, 1/m, positive where the ends of what lies would curl up; margins are
+            then not known.
 
         Raises
         ------
