@@ -243,14 +243,15 @@ class StripProblem(FixedUnknowns):
     def prescribed(self) -> Index:
         return np.concatenate([self.motion.grasped(self.model), self._held_end])
 
-    @property
+    @cached_property
     def _held_end(self) -> Index:
         """Unknowns of the held end, which is pinned; that of a curled strip, which might not lie, is held flat."""
-        model, directors = self.model, self.model.directors
+        model = self.model
         if not model.curl:
             return model.middle[-1]
-        # A level tangent, or an upright section.
-        return np.concatenate([model.middle[-1], directors.unknowns[-1, 1, :, 0 if model.slopes is None else 1]])
+        # An upright section, or a level tangent.
+        section = model.directors.unknowns[-1, 1, :, 0 if model.slopes is None else 1]
+        return np.concatenate([model.middle[-1], section])
 
     @cached_property
     def bounded(self) -> Index:

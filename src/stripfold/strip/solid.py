@@ -39,6 +39,10 @@ def gauss(count: int) -> tuple[Array, Array]:
     return 0.5 + 0.5 * points, 0.5 * weights
 
 
+HEIGHT = np.tile(gauss(ACROSS)[0] - 0.5, ALONG)
+"""Of the Gauss points over the middle of the section, over the thickness."""
+
+
 def quadratics(t: Array) -> tuple[Array, Array]:
     """Lagrange's quadratics with nodes at 0, 1/2 and 1, and their derivatives, shape (n, 3) each."""
     value = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)], axis=1)
@@ -194,8 +198,7 @@ class Solid(Model):
         shape[:, :, 0] = gradients[:, 0] / lengths[:, None, None]
         shape[:, :, 1] = gradients[:, 1]
         # Straightened, a curled section has a stress that grows with the height over its middle.
-        height = np.tile(gauss(ACROSS)[0] - 0.5, ALONG)
-        rest = 12.0 * self.curl / self.thickness**2 * height
+        rest = 12.0 * self.curl / self.thickness**2 * HEIGHT
         return kernels.elements.Elements(
             False, self.element_unknowns, shape, none[:, None], lengths[:, None] * weights, none, *self.lame, rest
         )
