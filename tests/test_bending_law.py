@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
+import stripfold as sf
+from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature, split_loop
 from stripfold.strip.rod import Rod
@@ -85,3 +90,74 @@ def test_a_loop_that_gains_energy_is_refused():
     kappa = np.array([1.0, 2.0])
     with pytest.raises(InvalidInputError):
         split_loop(kappa, kappa, kappa + 0.5)
+
+
+ETA_B, RHO = 3770.0, 0.2
+STRIP = sf.Strip(length=0.36, eta_b=ETA_B, rho_a=RHO)
+PATH = sf.paths.low(STRIP, 0.03)
+UNIT = STRIP.gravity_length
+MOMENT = RHO * 9.81 * UNIT**2
+"""rho_a g L*^2, N."""
+
+
+def table(file: Path, rows: dict[str, Array]) -> str:
+    np.savetxt(file, np.column_stack([*rows.values()]), delimiter=",", header=",".join(rows), comments="")
+    return str(file)
+
+
+class TestOnAPath:
+    KAPPA = np.linspace(0.0, 12.0, 60)[1:]
+    """1/L*."""
+
+    def test_the_law_is_the_tables_whatever_eta_b(self, tmp_path: Path) -> None:
+        law = table(tmp_path / "law.csv", {"curvature": self.KAPPA / UNIT, "moment": MOMENT * self.KAPPA})
+        linear = STRIP.assess(PATH, model="rod", friction_moment=1e-9).touch_x  # in steps, too
+        assert STRIP.assess(PATH, model="rod", bending_test=law).touch_x == pytest.approx(linear, abs=1e-6)
+        other = sf.Strip(length=0.36, eta_b=1.5 * ETA_B, rho_a=RHO)
+        path = sf.paths.read(path_file(tmp_path), other)
+        plain, with_law = (other.assess(path, model="rod", bending_test=file).touch_x for file in (None, law))
+        assert with_law == pytest.approx(linear, abs=1.5e-3)  # half a step
+        assert abs(plain - linear) > 5e-3
+
+    def test_a_loop_is_its_mean_and_friction(self, tmp_path: Path) -> None:
+        moment, half = MOMENT * self.KAPPA, 0.03 * MOMENT
+        rows = {"curvature": self.KAPPA / UNIT, "moment": moment + half, "unloading": moment - half}
+        loop = STRIP.assess(PATH, model="rod", bending_test=table(tmp_path / "loop.csv", rows))
+        alone = STRIP.assess(PATH, model="rod", friction_moment=half)
+        assert loop.touch_x == pytest.approx(alone.touch_x, abs=3e-4)
+        assert abs(loop.touch_x - STRIP.assess(PATH, model="rod").touch_x) > 1e-3
+
+    def test_a_cloth_that_softens_touches_earlier(self, tmp_path: Path) -> None:
+        soft = 4.0 * (1.0 - np.exp(-self.KAPPA / 4.0)) + 0.05 * self.KAPPA
+        law = table(tmp_path / "soft.csv", {"curvature": self.KAPPA / UNIT, "moment": MOMENT * soft})
+        rod, solid = (STRIP.assess(PATH, model=model, bending_test=law) for model in ("rod", "solid"))
+        assert rod.touch_x == pytest.approx(solid.touch_x, abs=3e-4)
+        assert rod.touch_x < STRIP.assess(PATH, model="rod").touch_x - 5e-3
+
+    @pytest.mark.parametrize(
+        ("rows", "given", "words"),
+        [
+            ("curvature,moment\n1,1e-5\n2,5e-6\n", {}, "moment"),
+            ("curvature,moment\n1,1e-5\n", {}, "2 to 10000 rows"),
+            ("kappa,m,n\n1,1e-5,1\n2,2e-5,1\n", {}, "curvature,moment"),
+            ("", {"fall": True}, "nothing together with fall"),
+            ("", {"table_friction": 0.5}, "nothing together with table_friction"),
+            ("", {"gripper": "fixed"}, "hinge together with bending_test"),
+            (
+                "curvature,moment,unloading\n1,2e-5,1e-5\n2,3e-5,2e-5\n",
+                {"friction_moment": 1e-5},
+                "none with the unloading of a bending test",
+            ),
+        ],
+    )
+    def test_what_is_refused(self, tmp_path: Path, rows: str, given: dict[str, Any], words: str) -> None:
+        file = tmp_path / "law.csv"
+        file.write_text(rows)
+        with pytest.raises(sf.InvalidInputError, match=words):
+            STRIP.assess(PATH, bending_test=str(file), **given)
+
+
+def path_file(folder: Path) -> Path:
+    """The path as a table, for strips of another eta_b."""
+    PATH.to_csv(folder / "low.csv")
+    return folder / "low.csv"

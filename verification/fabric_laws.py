@@ -31,15 +31,14 @@ from stripfold.draw.colours import BLACK, GREEN, GREY, SKY
 from stripfold.draw.style import figure, styled
 from stripfold.files import tables
 from stripfold.follow import contact_branch
-from stripfold.follow.contact_branch import BranchPoint, from_elastica, solved, transferred
-from stripfold.follow.memory import load, steps_on, with_effects
+from stripfold.follow.contact_branch import BranchPoint, from_elastica
+from stripfold.follow.memory import SHARES, bent, load, steps_on, with_effects
 from stripfold.follow.statics import StripModel, to_the_end
 from stripfold.follow.track import End, Track
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import plan_r_path
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature
-from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, AlongX
 from tasks import textile
 from verification.common import Progress, attempted, dataset, pooled
@@ -54,8 +53,6 @@ ESTIMATES = ("mean slope", "slope", "secant", "fold")
 critical state; the height of the strip's own fold."""
 LENGTH, THICKNESS, STEP = 20.0, 0.003, 0.2
 """Of the strips, and of the steps along R-paths, L*; the thickness is to have no effect."""
-SHARES = np.linspace(0.0, 1.0, 9)[1:]
-"""Shares of a law with which the first state of a branch is found from that of the linear strip."""
 FIRST = 0.05
 """Length travelled at the first state on a path, L*."""
 YIELD_CURVATURE = 0.05
@@ -135,23 +132,11 @@ def run(
     )
 
 
-def bent(at: BranchPoint, law: Law) -> BranchPoint:
-    """The state of a strip with a law, at the lambda of one of the linear strip, whose law changes in small steps."""
-    curvature, moment = law
-    for part in SHARES:
-        partly = MomentCurvature(curvature, (1.0 - part) * curvature + part * moment)
-        problem = MovingContact(at.problem.mesh, at.problem.motion, (BendingLaw.of(at.model, partly),), at.contact)
-        at = solved(problem, at.point.q, at.point.lam)
-        if problem.mesh.drifted(at.contact):
-            at = transferred(at)
-    return at
-
-
 def to_end(law: Law, height: float, refinement: float) -> Track:
     """The advance at a height, from the state without horizontal force on."""
     state = elastica.state_no_horizontal_force(height)
     mesh = StripModel(LENGTH, THICKNESS, kind="rod").contact_mesh(refinement)
-    return to_the_end(bent(from_elastica(mesh, AlongX(height), state.advance, state), law))
+    return to_the_end(bent(from_elastica(mesh, AlongX(height), state.advance, state), MomentCurvature(*law)))
 
 
 def _textile_end(law: Law, height: float, refinement: float) -> tuple[float, float, float]:
@@ -179,7 +164,7 @@ def largest(at: BranchPoint) -> float:
 def _followed(path: GripperPath, law: Law, refinement: float, moment: float = 0.0) -> float:
     """Share of a path planned for the linear strip that is followed; 1 to the touch.  ``moment``: M_0."""
     mesh = StripModel(LENGTH, THICKNESS, kind="rod").contact_mesh(refinement, memory=bool(moment))
-    first = bent(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], LENGTH), FIRST), law)
+    first = bent(contact_branch.from_flat(mesh, AlongPath(path.pieces[0], LENGTH), FIRST), MomentCurvature(*law))
     if moment:
         first = with_effects(
             first,

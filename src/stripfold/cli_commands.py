@@ -501,7 +501,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
     options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper", "flatness", "table_friction"))
-    options(parser, PathInputs, ("curl",))
+    options(parser, PathInputs, ("curl", "bending_test"))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
     plot_option(parser, "the strip along the path")
     parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
 from math import inf, isfinite, isnan, nan
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ from stripfold.base.roots import root
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
+from stripfold.files.tables import read_table
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import STEP, effects_of, load_path
@@ -58,7 +60,7 @@ from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import largest_miss
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
-from stripfold.strip.effects import YIELD_CURVATURE
+from stripfold.strip.effects import YIELD_CURVATURE, MomentCurvature, split_loop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -410,12 +412,20 @@ def assess(
             raise InvalidInputError("step", asked.step, allowed)
         size = asked.step / unit
     law = ("hysteresis", moment) if asked.pull is None else ("pull", asked.pull * unit / material.gravity)
-    effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit)
+    bending = None
+    if asked.bending_test is not None:
+        bending, width = _tested(Path(asked.bending_test), material)
+        if width and asked.friction_moment is not None:
+            raise InvalidInputError(
+                "friction_moment", asked.friction_moment, "none with the unloading of a bending test"
+            )
+        law, memory = ("hysteresis", width or moment), True
+    effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit, bending)
 
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
         if not memory:
             return assess_strip(strip, way, fall, refinement, say)
-        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say)
+        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say, bending=bending)
 
     found = followed(curve, refinement, progress)
     forces, hold_friction, slip, slide_t = forces_of(found.static), nan, nan, nan
@@ -528,6 +538,17 @@ def assess(
         states=states,
         falls=tuple((_statics(found, part.start), found.states[part]) for part in found.falls),
     )
+
+
+def _tested(file: Path, material: Material) -> tuple[MomentCurvature, float]:
+    """The law of a bending test, in solver units, and its M_0, rho_a g L*^2: 0 where only the bending is known.
+
+    Raises InvalidInputError: no such table, or no law.
+    """
+    table = read_table("bending_test", file, "curvature,moment", (2, 10_000), more=("unloading",))
+    unit = material.gravity_length
+    kappa, *moments = table.numbers().T * np.array([[unit], *[[1.0 / material.scales["N"]]] * (len(table.units) - 1)])
+    return split_loop(kappa, *moments) if len(moments) > 1 else (MomentCurvature(kappa, *moments), 0.0)
 
 
 def _flatness_ratio(push: float, asked: PathInputs) -> float:

@@ -34,6 +34,7 @@ from stripfold.base.validation import (
     Number,
     RhoA,
     Stiffness,
+    Text,
     quantity,
     read_yaml,
     value_meant,
@@ -328,11 +329,25 @@ class PathInputs(Strip):
     flatness: Flatness = FLATNESS
     table_friction: TableFriction = None
     curl: Curl = 0.0
+    bending_test: Annotated[
+        Text | None,
+        Field(description="table curvature,moment of a bending test, 1/m and N, and unloading if known: its own law"),
+    ] = None
 
     @property
     def curl_star(self) -> float:
         """The curl, 1/L*."""
         return _checked_curl(self, self.curl)
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        if self.bending_test is not None:
+            for name in ("fall", "pull", "layer_friction", "second_gripper", "table_friction", "curl"):
+                if getattr(self, name):
+                    raise InvalidInputError("bending_test", self.bending_test, f"nothing together with {name}")
+            if self.gripper != "hinge":
+                raise InvalidInputError("gripper", self.gripper, "hinge together with bending_test")
+        return self
 
     @model_validator(mode="after")
     def _check_curl(self) -> Self:
@@ -371,8 +386,8 @@ class PathInputs(Strip):
         if self.layer_friction is not None and (self.fall or self.pull is not None):
             advice = "with it a path is followed in time: falls are part of it, and the pull is not defined there"
             raise InvalidInputError("layer_friction", self.layer_friction, "neither fall nor pull with it", advice)
-        if self.step is not None and not internal:
-            raise InvalidInputError("step", self.step, "a step together with friction_moment or pull")
+        if self.step is not None and not internal and self.bending_test is None:
+            raise InvalidInputError("step", self.step, "a step together with friction_moment, pull or bending_test")
         return self
 
 

@@ -209,6 +209,7 @@ class Strip:
         flatness: float = 5e-4,
         table_friction: float | None = None,
         curl: float = 0.0,
+        bending_test: str | None = None,
         progress: Progress | None = None,
     ) -> PathAssessment:
         """Assess a gripper path: critical points, first touch, final shape, forces.
@@ -249,6 +250,9 @@ class Strip:
             where it is not given.
         curl
             Curvature of the strip without forces, 1/m, positive where the ends of what lies would curl up.
+        bending_test
+            File with the table of a bending test of the cloth, its law in place of eta_b's: ``curvature``, 1/m,
+            ``moment`` per width, N, and ``unloading``, N, from which its M_0 is, where it is known.
 
         Raises
         ------

@@ -34,6 +34,7 @@ from stripfold.follow.contact_branch import (
     follow,
     is_unheld,
     lift_off_of_all,
+    solved,
     transferred,
     zero,
 )
@@ -51,7 +52,7 @@ from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
 from stripfold.strip.contact_mesh import INTERVAL
-from stripfold.strip.effects import YIELD_CURVATURE, Effect, Hysteresis, Pull
+from stripfold.strip.effects import YIELD_CURVATURE, BendingLaw, Effect, Hysteresis, MomentCurvature, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Motion
@@ -63,17 +64,29 @@ STEP = 0.1
 """Usual size of the steps, L*."""
 LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit point"
 REACHED = "end of the step"
+SHARES = tuple(i / 8.0 for i in range(1, 9))
+"""Shares of a law of bending with which the first state is found from that of the linear strip."""
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
 
-def effects_of(law: str, strength: float, yield_curvature: float = YIELD_CURVATURE) -> Effects:
-    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*); none for strength 0."""
-    if strength == 0.0:
-        return lambda model, q: ()
-    if law == "pull":
-        return lambda model, q: (Pull(model, strength, q),)
-    return lambda model, q: (Hysteresis.of(model, strength, yield_curvature=yield_curvature, slack=q),)
+def effects_of(
+    law: str, strength: float, yield_curvature: float = YIELD_CURVATURE, bending: MomentCurvature | None = None
+) -> Effects:
+    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*); none for strength 0.
+
+    ``bending``: law of bending in place of the linear one.
+    """
+
+    def effects(model: Model, q: Array) -> tuple[Effect, ...]:
+        own = () if bending is None else (BendingLaw.of(model, bending),)
+        if strength == 0.0:
+            return own
+        if law == "pull":
+            return (*own, Pull(model, strength, q))
+        return (*own, Hysteresis.of(model, strength, yield_curvature=yield_curvature, slack=q))
+
+    return effects
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -113,17 +126,34 @@ def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Mo
             yield motion, float(travelled)
 
 
-def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> BranchPoint:
+def start_on_path(
+    mesh: Planned, path: GripperPath, effects: Effects, size: float, bending: MomentCurvature | None = None
+) -> BranchPoint:
     """The first state of a path that is followed in steps of ``size``, L*, from the flat strip.
 
-    Raises InvalidInputError: a step size that cannot be used.
+    ``bending``: law of bending that is among the ``effects``, if any.  Raises InvalidInputError: a step size that
+    cannot be used.
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
     travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
     motion = AlongPath(path.pieces[0], length, path.gripper)
-    return with_effects(contact_branch.from_flat(mesh, motion, travelled), effects)
+    at = contact_branch.from_flat(mesh, motion, travelled)
+    return with_effects(at if bending is None else bent(at, bending), effects)
+
+
+def bent(at: BranchPoint, law: MomentCurvature) -> BranchPoint:
+    """The state of a strip with a law of bending, at the lambda of one of the linear strip.
+
+    The law changes in small steps.  Raises SolveError: a state could not be computed.
+    """
+    for share in SHARES:
+        effects = (BendingLaw.of(at.model, law.partly(share)),)
+        at = solved(MovingContact(at.problem.mesh, at.problem.motion, effects, at.contact), at.point.q, at.lam)
+        if at.problem.mesh.drifted(at.contact):
+            at = transferred(at)
+    return at
 
 
 def load_path(
@@ -133,9 +163,11 @@ def load_path(
     size: float,
     progress: Callable[[str], None] | None = None,
     until: Until = "end",
+    bending: MomentCurvature | None = None,
 ) -> Track:
     """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`."""
-    first, loaded = start_on_path(mesh, path, effects, size), Percent(progress, "following the path with friction")
+    first = start_on_path(mesh, path, effects, size, bending)
+    loaded = Percent(progress, "following the path in steps")
     places = steps_on(path, first.problem.mesh.length, size)
     return load(first, places, until, progress=lambda at: loaded(at.point.lam / path.length))
 

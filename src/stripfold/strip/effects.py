@@ -214,6 +214,7 @@ class MomentCurvature:
             at = np.concatenate([[0.0], values])
             if len(curvature) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
                 raise InvalidInputError(name, values, "at least two finite numbers, positive and increasing")
+        self.rows = curvature, moment
         # One interval more on the straight line through the last one: its slope is that beyond the table.
         kappa, m = (np.append(values, 2.0 * values[-1] - values[-2]) for values in (curvature, moment))
         kappa, m = (np.concatenate([-values[::-1], [0.0], values]) for values in (kappa, m))
@@ -222,6 +223,11 @@ class MomentCurvature:
         self._slope = self._moment.derivative()
         self._integral = self._moment.antiderivative()
         self._last = float(self._slope(self.end))
+
+    def partly(self, share: float) -> MomentCurvature:
+        """The law of which a share is this one's, and the rest that of a linear strip, m = kappa."""
+        kappa, moment = self.rows
+        return MomentCurvature(kappa, (1.0 - share) * kappa + share * moment)
 
     def moment(self, kappa: Array) -> Array:
         """m, shape as ``kappa``."""
