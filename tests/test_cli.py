@@ -244,7 +244,7 @@ def test_it_never_goes_back():
     ("options", "what"),
     [
         ({}, "following the path"),
-        ({"friction_moment": 1e-3, "step": 0.02}, "following the path with friction"),
+        ({"friction_moment": 1e-3, "step": 0.02}, "following the path in steps"),
         ({"layer_friction": 0.3}, "following the path in time"),
     ],
     ids=["statics", "friction", "in time"],
