@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import suppress
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 import yaml
 
 import stripfold as sf
+from filmed import write_video
 from filmed_truth import onset_of
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
@@ -66,6 +68,28 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
     part = slice(begin, None)
     _, event = onset_of(history.t[part], advance[part], history.curve[part], history.touch)
     return folder / "video.mp4", event
+
+
+@pytest.mark.slow
+def test_each_trial_of_a_film_has_its_row(filmed: tuple[Path, float], tmp_path: Path):
+    """The film, quickly back to where the strip is laid flat again, and the film once more."""
+    film, truth = filmed
+    with av.open(film) as source:
+        once = [frame.to_ndarray(format="gray") for frame in source.decode(video=0)]
+    target = write_video(
+        tmp_path / "twice.mp4",
+        "libx264",
+        frames := [*once, *once[::-6], *once],
+        range(len(frames)),
+        Fraction(1, 25),
+    )
+    found = sf.measure(target, length=LENGTH)
+    assert len(found.trials) == 2
+    for trial in found.trials:
+        assert trial.snapped
+        assert trial.event == pytest.approx(truth, abs=2e-3)
+    assert found.trials[1].event_time - found.trials[0].event_time == pytest.approx((len(frames) - len(once)) / 25.0, abs=0.05)
+    assert "advance 2" in str(found)
 
 
 def altered(film: Path, target: Path, matrices: Iterator[Array]) -> Path:

@@ -7,6 +7,7 @@ the time of the event, or from the video where there is no log.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, nan
 from pathlib import Path
@@ -328,12 +329,26 @@ def evaluate(
     parts, time = snap.advances(recording.entries.gripper.direction * tracks.gripped_end[:, 0]), tracks.grip_time
     if manual is not None:
         parts = [part for part in parts if time[part.start] <= manual.event_time <= time[part.stop - 1]]
+
+    def advance(part: slice) -> RecordingMeasurement:
+        with tracks.camera.blamed():
+            return _evaluate(recording, calibration, tracks, tracks.during(part), manual)
+
+    return of_trials(time, parts or [slice(0, len(time))], advance)
+
+
+def of_trials(
+    time: Array, parts: Sequence[slice], measured: Callable[[slice], RecordingMeasurement]
+) -> RecordingMeasurement:
+    """The first of the trials with a snap, or else the farthest, with what each gives.
+
+    ``parts``: frames of each, at these times, s.  Raises MeasurementError: none can be measured.
+    """
     trials, found, failed = [], [], None
-    for part in parts or [slice(0, len(time))]:
+    for part in parts:
         begin = float(time[part.start])
         try:
-            with tracks.camera.blamed():
-                one = _evaluate(recording, calibration, tracks, tracks.during(part), manual)
+            one = measured(part)
         except MeasurementError as error:
             failed = failed or error
             trials.append(Trial(begin, reason=error.found))

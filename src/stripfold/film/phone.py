@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,7 +33,7 @@ from stripfold.film.camera_motion import FIRST, Shift
 from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.gripper import Grip, GripperTracker, interpolate_gaps
 from stripfold.film.holder import Marker
-from stripfold.film.measure import RecordingMeasurement, evaluate
+from stripfold.film.measure import RecordingMeasurement, evaluate, of_trials
 from stripfold.film.pictures import one_thread
 from stripfold.film.plate import Seen
 from stripfold.film.recording import Entries, Recording
@@ -169,9 +170,23 @@ def of_film(
     progress: Progress | None = None,
 ) -> RecordingMeasurement:
     """Measure lambda at the onset of the snap in a film with the plate; see :func:`.measure`."""
-    path, say = Path(file), progress or (lambda _: None)
+    path = Path(file)
     scan = _scan(path, None if camera is None else read_camera(Path(camera)), progress)
-    mapping = scan.mapped.mapping
+    return of_trials(scan.time, _trials(scan), lambda part: _of_trial(path, scan, part, length, eta_b, width, progress))
+
+
+def _of_trial(
+    path: Path,
+    whole: _Scan,
+    part: slice,
+    length: float,
+    eta_b: float | None,
+    width: float | None,
+    progress: Progress | None,
+) -> RecordingMeasurement:
+    """Measure one trial of a film, some of its frames: from the flat strip on."""
+    say, mapping = progress or (lambda _: None), whole.mapped.mapping
+    scan = whole._replace(time=whole.time[part], moved=whole.moved[part], centres=whole.centres[part])
     flat, lift = _flat(path.name, scan)
     places = mapping.to_robot(scan.centres)
     x, z = places[:, 0] - flat[0], places[:, 1] - flat[1]
@@ -185,7 +200,7 @@ def of_film(
     quality = {"camera_from": "plate", "resolution": resolution, "plate_rms": scan.seen.rms}
     calibration = PlateCalibration(mapping, scan.mapped, flat_pixel, quality)
     recording = Recording(path.parent, entries)
-    tracks = track(recording, calibration, say, _Steady(scan), (begin, end))
+    tracks = track(recording, calibration, say, _Steady(whole), (begin, end))
     say("measuring")
     found = evaluate(recording, calibration, tracks)
     if isinstance(found.eta_b, MotionEtaB):
@@ -309,6 +324,16 @@ def _marker(image: Picture, source: str) -> int:
     raise TrackingError(source, "no marker of the gripper in the first frame", needed)
 
 
+def _trials(scan: _Scan) -> list[slice]:
+    """The frames of each trial: from the strip laid flat to before it is laid flat again."""
+    z = median_filter(scan.mapped.mapping.to_robot(scan.centres)[:, 1], 5, mode="nearest")
+    up = z > z[0] + LIFTED
+    ends = [0, *(np.flatnonzero(up[:-1] & ~up[1:]) + 1).tolist(), len(z)]
+    high = z[0] + 0.5 * (z.max() - z[0])
+    lifted = [end for begin, end in pairwise(ends) if z[begin:end].max() > high]
+    return [slice(begin, end) for begin, end in pairwise([0, *lifted])] if len(lifted) > 1 else [slice(0, len(z))]
+
+
 def _flat(source: str, scan: _Scan) -> tuple[Array, float]:
     """Place of the marker while the strip lay flat, x and z, m, and the time at which it was lifted, s."""
     places = scan.mapped.mapping.to_robot(scan.centres)
@@ -323,11 +348,15 @@ def _flat(source: str, scan: _Scan) -> tuple[Array, float]:
         found = f"a gripper that is {1e3 * (z[0] - z.min()):.0f} mm lower later than in the first frame"
     if found:
         raise MeasurementError(source, found, "the strip flat on the table in the first frames", ADVICE)
-    # At rest: before it moves.
+    # At rest: where it stands still for the last time before it is lifted, up to where it moves.
     start = places[: lifted[0]]
-    rest = np.linalg.norm(start - start[0], axis=1) < AT_REST
-    count = int(np.argmin(np.append(rest, False)))
-    return np.median(start[:count], axis=0), float(scan.time[max(count - 1, 1)])
+    few = min(5, len(start) - 1)
+    still = np.linalg.norm(start[few:] - start[:-few], axis=1) < AT_REST
+    begins = np.flatnonzero(still & ~np.append(False, still[:-1]))
+    first = int(begins[-1]) if len(begins) else 0
+    rest = np.linalg.norm(start[first:] - start[first], axis=1) < AT_REST
+    count = first + int(np.argmin(np.append(rest, False)))
+    return np.median(start[first:count], axis=0), float(scan.time[max(count - 1, 1)])
 
 
 def _pulled(
