@@ -270,8 +270,8 @@ def _encode(
     uneven: bool,
     random: np.random.Generator,
 ) -> None:
-    """Write the film, as a phone that is not quite still codes it."""
-    t = shot.t.copy()
+    """Write the film, as a phone that is not quite still codes it: its sensor lies in any way."""
+    t, turns = shot.t.copy(), random.spawn(1)[0].integers(4)
     if uneven:
         t[1:] += SLACK * np.diff(t) * random.uniform(-1.0, 1.0, len(t) - 1)
     pixels = dict(CODECS)[codec]
@@ -282,11 +282,13 @@ def _encode(
     with av.open(path, "w") as container:
         quality = options.get(codec, {"qmin": "3", "qmax": "3"})
         stream: Any = container.add_stream(codec, rate=30, options=quality)
-        stream.width, stream.height = size
+        stream.width, stream.height = size[::-1] if turns % 2 else size
+        stream.set_display_rotation(90 * turns)
         stream.pix_fmt = pixels
         stream.time_base = stream.codec_context.time_base = TICK
         for picture, stamp, share in zip(_pictures(shot, t), t, np.linspace(0.0, 1.0, len(t)), strict=True):
             seen = cv2.warpAffine(picture, moved(share), size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+            seen = np.ascontiguousarray(np.rot90(seen, -turns))
             frame = av.VideoFrame.from_ndarray(seen, format="gray").reformat(format=pixels)
             frame.pts, frame.time_base = round(stamp / TICK), TICK
             container.mux(stream.encode(frame))
