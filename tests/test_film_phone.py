@@ -88,7 +88,8 @@ def test_each_trial_of_a_film_has_its_row(filmed: tuple[Path, float], tmp_path: 
     for trial in found.trials:
         assert trial.snapped
         assert trial.event == pytest.approx(truth, abs=2e-3)
-    assert found.trials[1].event_time - found.trials[0].event_time == pytest.approx((len(frames) - len(once)) / 25.0, abs=0.05)
+    later = (len(frames) - len(once)) / 25.0
+    assert found.trials[1].event_time - found.trials[0].event_time == pytest.approx(later, abs=0.05)
     assert "advance 2" in str(found)
 
 
