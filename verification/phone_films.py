@@ -271,7 +271,7 @@ def _encode(
     random: np.random.Generator,
 ) -> None:
     """Write the film, as a phone that is not quite still codes it: its sensor lies in any way."""
-    t, turns = shot.t.copy(), random.spawn(1)[0].integers(4)
+    t, turns = shot.t.copy(), int(random.spawn(1)[0].integers(4))
     if uneven:
         t[1:] += SLACK * np.diff(t) * random.uniform(-1.0, 1.0, len(t) - 1)
     pixels = dict(CODECS)[codec]
