@@ -154,7 +154,7 @@ class TestOnAPath:
         file = tmp_path / "law.csv"
         file.write_text(rows)
         with pytest.raises(sf.InvalidInputError, match=words):
-            STRIP.assess(PATH, bending_test=str(file), **given)
+            STRIP.assess(PATH, bending_test=file, **given)
 
 
 def path_file(folder: Path) -> Path:

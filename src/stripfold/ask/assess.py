@@ -546,9 +546,9 @@ def _tested(file: Path, material: Material) -> tuple[MomentCurvature, float]:
     Raises InvalidInputError: no such table, or no law.
     """
     table = read_table("bending_test", file, "curvature,moment", (2, 10_000), more=("unloading",))
-    unit = material.gravity_length
-    kappa, *moments = table.numbers().T * np.array([[unit], *[[1.0 / material.scales["N"]]] * (len(table.units) - 1)])
-    return split_loop(kappa, *moments) if len(moments) > 1 else (MomentCurvature(kappa, *moments), 0.0)
+    curvature, *moments = table.numbers().T
+    curvature, moments = material.gravity_length * curvature, [of / material.scales["N"] for of in moments]
+    return split_loop(curvature, *moments) if len(moments) > 1 else (MomentCurvature(curvature, *moments), 0.0)
 
 
 def _flatness_ratio(push: float, asked: PathInputs) -> float:

@@ -5,12 +5,13 @@ Each question has its module in this folder; nothing heavy is imported before so
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
-from stripfold.base.arguments import checked
+from stripfold.base.arguments import checked, file_name
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
 
@@ -209,7 +210,7 @@ class Strip:
         flatness: float = 5e-4,
         table_friction: float | None = None,
         curl: float = 0.0,
-        bending_test: str | None = None,
+        bending_test: str | os.PathLike[str] | None = None,
         progress: Progress | None = None,
     ) -> PathAssessment:
         """Assess a gripper path: critical points, first touch, final shape, forces.
@@ -264,6 +265,8 @@ class Strip:
         from stripfold.ask.inputs import PathInputs
 
         self._check(path)
+        if bending_test is not None:
+            bending_test = str(file_name("bending_test", bending_test))
         asked = self._asked(PathInputs, locals())
         from stripfold.ask.assess import assess
 
