@@ -24,7 +24,7 @@ from stripfold.film.calibration import Calibration, View, assemble, calibrate_fo
 from stripfold.film.camera import read_camera
 from stripfold.film.gripper import Track
 from stripfold.film.holder import Marker
-from stripfold.film.pictures import read_calibration_picture
+from stripfold.film.pictures import Shown, read_calibration_picture
 from stripfold.film.recording import Entries
 from stripfold.film.video import Thumbnails
 
@@ -63,6 +63,15 @@ def test_folders_of_pictures(tmp_path: Path) -> None:
         calibration.find_views(tmp_path, seen.CHESS)
     (tmp_path / "2.png").unlink()
     assert calibration.find_views(tmp_path, seen.CHESS) == ([], (64, 48))
+
+
+@pytest.mark.parametrize("raw", [(64, 48), (48, 64)], ids=["as the sensor has it", "turned by a program"])
+def test_a_picture_for_a_film_on_its_side(tmp_path: Path, raw: tuple[int, int]) -> None:
+    picture = Image.new("L", raw)
+    exif = picture.getexif()
+    exif[271] = "a camera's maker"
+    picture.save(tmp_path / "1.jpg", exif=exif)
+    assert read_calibration_picture(tmp_path / "1.jpg", (48, 64), Shown((48, 64), 1)).shape == (64, 48)
 
 
 def test_calibration_finds_the_camera() -> None:

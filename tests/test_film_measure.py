@@ -31,6 +31,7 @@ from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.camera import Camera
 from stripfold.film.camera_motion import Shift
 from stripfold.film.measure import RecordingMeasurement
+from stripfold.film.pictures import Shown
 from stripfold.film.recording import Entries, ManualOnset, Recording
 from stripfold.film.tracking import Tracks, exposure, track
 from stripfold.synthetic.recording import history_of, write_recording
@@ -246,13 +247,13 @@ def test_a_camera_may_be_held_in_any_way(snapping: Made, tmp_path: Path, turns: 
     images = [np.ascontiguousarray(np.rot90(frame.image, -turns)) for frame in seen]
     write_video(folder / film, "ffv1", images, pts, Fraction(1, 25), turns=turns)
     asked = recording.read(folder)
-    calibration = calibrate_folder(asked.folder, asked.entries, *video.shown(asked.video))
+    calibration = calibrate_folder(asked.folder, asked.entries, video.shown(asked.video))
     np.testing.assert_allclose(calibration.mapping.homography, snapping[1].mapping.homography, atol=1e-9)
-    assert video.shown(asked.video) == ((320, 240), turns)
+    assert video.shown(asked.video) == Shown((320, 240), turns)
     # The same camera from a file of the sensor's.
     camera = calibration.mapping.camera
     if turns % 2:
-        again = camera.turned(4 - turns).of_film((320, 240), turns)
+        again = camera.turned(4 - turns).of_film(Shown((320, 240), turns))
         np.testing.assert_allclose(again.distortion, camera.distortion, atol=1e-15)
         np.testing.assert_allclose(again.matrix, camera.matrix, atol=1e-9)
     if turns == 1:

@@ -23,7 +23,7 @@ from stripfold.film.boards import Board, Corners, Refinement, detect
 from stripfold.film.camera import Camera, Mapping, fit_homography, fit_similarity, read_camera, rms, scale, transform
 from stripfold.film.camera_motion import FIRST, Shift, since_stops
 from stripfold.film.holder import Holder, holder_of
-from stripfold.film.pictures import one_thread, picture_files, read_calibration_picture
+from stripfold.film.pictures import Shown, one_thread, picture_files, read_calibration_picture
 from stripfold.film.recording import Entries, inside
 from stripfold.film.video import Thumbnails
 
@@ -110,18 +110,18 @@ def parameters(camera: Camera) -> Array:
 
 
 def find_views(
-    folder: Path, board: Board, refinement: Refinement | None = None, turns: int = 0
+    folder: Path, board: Board, refinement: Refinement | None = None, shown: Shown | None = None
 ) -> tuple[list[View], tuple[int, int]]:
     """Find the views of a folder that show the board, and the pictures' width and height.
 
-    ``turns``: quarter turns to the left from the sensor's rows to the film's frames.
+    ``shown``: how the film is shown, for pictures as its frames; by default those are the sensor's rows.
 
     Raises InvalidInputError: no folder, or an unreadable picture; CalibrationError: pictures of different sizes.
     """
     paths = picture_files(folder, MAX_VIEWS)
-    height, width = read_calibration_picture(paths[0], turns=turns).shape
+    height, width = read_calibration_picture(paths[0], shown=shown).shape
     found = [
-        (path.name, detect(read_calibration_picture(path, (width, height), turns), board, refinement)) for path in paths
+        (path.name, detect(read_calibration_picture(path, (width, height), shown), board, refinement)) for path in paths
     ]
     return [View(name, corners) for name, corners in found if corners is not None], (width, height)
 
@@ -273,10 +273,10 @@ class Stops(NamedTuple):
         return np.asarray(transform(plane, corners).reshape(-1, 4, 2).mean(axis=1))
 
 
-def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int], turns: int = 0) -> Stops:
+def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int], shown: Shown | None = None) -> Stops:
     """Read the stops in a ``table`` image,x,z of the ``folder``, and find the marker in pictures of this ``size``.
 
-    ``turns``: as in :func:`find_views`.
+    ``shown``: as in :func:`find_views`.
 
     Raises InvalidInputError: the table or a picture cannot be read, a picture is listed twice or lies outside the
     folder; CalibrationError: a picture of another size, or without the marker.
@@ -290,7 +290,7 @@ def find_stops(folder: Path, table: str, marker: Holder, size: tuple[int, int], 
     found, copies, small = [], [], Thumbnails(size).small
     for name in names:
         picture = inside(folder, Path(table).parent / name, "robot grid")
-        seen = read_calibration_picture(picture, size, turns)
+        seen = read_calibration_picture(picture, size, shown)
         corners = marker.corners(seen)
         if corners is None:
             raise CalibrationError(
@@ -381,27 +381,25 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
     return np.asarray(random.normal(0.0, 1.0, (n, 2)) * sd)
 
 
-def calibrate_folder(
-    folder: Path, entries: Entries, size: tuple[int, int] | None = None, turns: int = 0
-) -> Calibration:
+def calibrate_folder(folder: Path, entries: Entries, shown: Shown | None = None) -> Calibration:
     """Calibrate a recording, given its entries: for its frames as they are shown, however the camera was held.
 
-    ``size``, ``turns``: of the frames, and by how many quarters they are shown turned to the left: :func:`.shown`.
+    ``shown``: how its film is shown; by default as the sensor's rows.
 
     Raises InvalidInputError: a missing or unreadable file; CalibrationError: not good enough to measure with.
     """
     described = entries.camera
     source: Intrinsics | Camera
     if described.intrinsics is not None:
-        source = camera = read_camera(folder / described.intrinsics)
-        source = camera = camera.of_film(size or camera.size, turns)
+        camera = read_camera(folder / described.intrinsics)
+        source = camera = camera.of_film(shown) if shown else camera
     else:
         assert described.images is not None
         assert described.board is not None
-        source = calibrate_camera(*find_views(folder / described.images, described.board, turns=turns))
+        source = calibrate_camera(*find_views(folder / described.images, described.board, shown=shown))
         camera = source.camera
     path = folder / entries.plane.image
-    board = detect(read_calibration_picture(path, camera.size, turns), entries.plane.board)
+    board = detect(read_calibration_picture(path, camera.size, shown), entries.plane.board)
     if board is None:
         raise CalibrationError(
             path.name,
@@ -409,7 +407,7 @@ def calibrate_folder(
             "a picture of the board in the folding plane",
             "compare its columns and rows with the description; it must be in focus, a chessboard entirely visible",
         )
-    stops = find_stops(folder, entries.robot.grid, holder_of(folder, entries), camera.size, turns)
+    stops = find_stops(folder, entries.robot.grid, holder_of(folder, entries), camera.size, shown)
     side = None if entries.gripper.marker is None else entries.gripper.marker.size
     return assemble(source, board, stops, side, path.name)
 

@@ -20,6 +20,7 @@ from scipy.linalg import orthogonal_procrustes
 from stripfold.base.arrays import Array
 from stripfold.base.errors import CalibrationError, InvalidInputError
 from stripfold.base.validation import read_yaml
+from stripfold.film.pictures import Shown
 
 MAX_SIDE = 100_000
 """Largest width or height of a picture, pixels."""
@@ -50,12 +51,12 @@ class Camera:
             camera = Camera(matrix, np.array([k1, k2, -p2, p1, k3]), camera.size[::-1])
         return camera
 
-    def of_film(self, size: tuple[int, int], turns: int) -> Camera:
-        """The camera for frames of this size, which are turned from the sensor's rows: where those fit, and not these.
+    def of_film(self, shown: Shown) -> Camera:
+        """The camera for the frames of a film: turned where it is one for the sensor's rows.
 
-        A file of a camera does not say how the camera was held.
+        A file of a camera does not say which; upside down it is taken for the frames as they are shown.
         """
-        return self.turned(turns) if turns % 2 and self.size != size else self
+        return self.turned(shown.turns) if shown.turns % 2 and self.size != shown.size else self
 
     def undistort(self, pixels: Array) -> Array:
         """Where the camera without its distortion would see ``pixels``; shapes (n, 2)."""

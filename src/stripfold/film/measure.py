@@ -150,7 +150,7 @@ class RecordingMeasurement(Result):
         """Measure the recording in a folder; see :func:`measure`."""
         asked, say = recordings.read(folder), progress or (lambda _: None)
         say("calibrating")
-        calibration = calibrate_folder(asked.folder, asked.entries, *video.shown(asked.video, asked.timestamps))
+        calibration = calibrate_folder(asked.folder, asked.entries, video.shown(asked.video, asked.timestamps))
         tracks = track(asked, calibration, say)
         say("measuring")
         return evaluate(asked, calibration, tracks, asked.manual_onset())

@@ -34,7 +34,7 @@ from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.gripper import Grip, GripperTracker, interpolate_gaps
 from stripfold.film.holder import Marker
 from stripfold.film.measure import RecordingMeasurement, evaluate, of_trials
-from stripfold.film.pictures import one_thread
+from stripfold.film.pictures import Shown, one_thread
 from stripfold.film.plate import Seen
 from stripfold.film.recording import Entries, Recording
 from stripfold.film.tracking import track
@@ -303,7 +303,7 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
             frame = next(frames, None)
     # The mean over all frames has hardly any noise left.
     mean = np.mean(whole, axis=0) if whole else known
-    known_lens = camera and camera.of_film(seen.mapping.camera.size, frames.report.turns)
+    known_lens = camera and camera.of_film(Shown(seen.mapping.camera.size, frames.report.turns))
     lens, places = known_lens or seen.mapping.camera, plate.places(seen.board, seen.corners)
     mapping = Mapping(lens, fit_homography(lens.undistort(mean), places))
     seen = Seen(seen.board, seen.corners._replace(pixels=mean), mapping, rms(mapping.to_pixels(places) - mean))
@@ -338,14 +338,15 @@ def _flat(source: str, scan: _Scan) -> tuple[Array, float]:
     """Place of the marker while the strip lay flat, x and z, m, and the time at which it was lifted, s."""
     places = scan.mapped.mapping.to_robot(scan.centres)
     z = median_filter(places[:, 1], 5, mode="nearest")
-    lifted = np.flatnonzero(z > z[0] + LIFTED)
+    lowest = int(np.argmin(z[: int(np.argmax(z)) + 1]))
+    lifted = lowest + np.flatnonzero(z[lowest:] > z[lowest] + LIFTED)
     found = ""
     if not len(lifted):
         found = "a gripper that is never lifted"
     elif lifted[0] < 3:
         found = "a film that begins with the gripper on its way up"
-    elif z.min() < z[0] - LIFTED:
-        found = f"a gripper that is {1e3 * (z[0] - z.min()):.0f} mm lower later than in the first frame"
+    elif z.min() < z[lowest] - LIFTED:
+        found = f"a gripper that is {1e3 * (z[lowest] - z.min()):.0f} mm lower later than in the first frames"
     if found:
         raise MeasurementError(source, found, "the strip flat on the table in the first frames", ADVICE)
     # At rest: where it stands still for the last time before it is lifted, up to where it moves.

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -34,8 +35,8 @@ ALLOWED = (
 def read_grey(path: str | os.PathLike[str], turns: int | None = None) -> Picture:
     """Read the grey values of a picture, shape (h, w), rotated as its EXIF data say.
 
-    ``turns``: quarter turns to the left instead, from the sensor's rows, of a picture that has EXIF data; one that has
-    none, such as a frame of a film, is as it is shown.
+    ``turns``: quarter turns to the left instead, from the sensor's rows, of a picture whose EXIF data name a camera or
+    an orientation; another, such as a frame of a film, is as it is shown.
 
     Raises InvalidInputError: no such file, not a picture, a damaged one, or one that is too large.
     """
@@ -51,7 +52,7 @@ def read_grey(path: str | os.PathLike[str], turns: int | None = None) -> Picture
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {scans} scans")
             with _quiet():
                 picture.load()
-            by_camera = turns is not None and len(picture.getexif()) > 0
+            by_camera = turns is not None and not {Base.Make, Base.Orientation}.isdisjoint(picture.getexif())
             shown = np.asarray(_eight_bit(picture if by_camera else ImageOps.exif_transpose(picture)).convert("L"))
             return np.ascontiguousarray(np.rot90(shown, turns or 0) if by_camera else shown)
     except InvalidInputError:
@@ -96,12 +97,21 @@ def _eight_bit(picture: Image.Image) -> Image.Image:
     return Image.fromarray((values / 257.0).round().astype(np.uint8))
 
 
-def read_calibration_picture(path: Path, size: tuple[int, int] | None = None, turns: int = 0) -> Picture:
-    """Read a picture as the camera films; CalibrationError: another width and height than ``size``.
+class Shown(NamedTuple):
+    """How a film is shown: width and height, pixels, and quarter turns to the left from the sensor's rows."""
 
-    ``turns``: quarter turns to the left from the sensor's rows to the film's upright frames.
+    size: tuple[int, int]
+    turns: int
+
+
+def read_calibration_picture(path: Path, size: tuple[int, int] | None = None, shown: Shown | None = None) -> Picture:
+    """Read a picture as the camera films, by default its sensor's rows.
+
+    ``shown``: how the film is shown.  Raises CalibrationError: another width and height than ``size``.
     """
-    picture = read_grey(path, turns)
+    picture = read_grey(path, shown.turns if shown else 0)
+    if shown and shown.turns % 2 and picture.shape == shown.size:
+        picture = read_grey(path)  # a program has turned its rows already
     if size is not None and picture.shape != (size[1], size[0]):
         raise CalibrationError(
             path.name,

@@ -24,6 +24,7 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.files.tables import read_table
 from stripfold.film import decoding
 from stripfold.film.decoding import MAX_BYTES, MAX_FRAMES, MAX_SECONDS, SUFFIXES, Message, frame_files
+from stripfold.film.pictures import Shown
 
 TIMEOUT = 30.0
 """Longest time without a byte after which the decoder is ended, s."""
@@ -107,11 +108,11 @@ def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None
     return Reader(Path(path), None if timestamps is None else Path(timestamps), channel)
 
 
-def shown(path: Path, timestamps: Path | None = None) -> tuple[tuple[int, int], int]:
-    """Width and height of the frames, and the quarter turns to the left by which they are shown; as :func:`read`."""
+def shown(path: Path, timestamps: Path | None = None) -> Shown:
+    """Read how a film is shown; arguments and errors as for :func:`read`."""
     with read(path, timestamps) as film:
         height, width = next(film).image.shape
-        return (width, height), film.report.turns
+        return Shown((width, height), film.report.turns)
 
 
 class Reader(Iterator[Frame]):
