@@ -217,7 +217,7 @@ def _refuse_bad_views(views: Sequence[View], whole: CameraFit) -> None:
         "remove it if it is blurred, from another camera or zoom, or the board was bent or covered; calibrate again",
     )
     found = f"a reprojection error of {whole.rms:.2f} px"
-    require(whole.rms <= MAX_RMS, _SOURCE, found, f"{MAX_RMS:g} px or less", "is the board flat, and in focus?")
+    require(whole.rms <= MAX_RMS, _SOURCE, found, f"{MAX_RMS:g} px or less", "is the board flat, in focus, and the lens no fisheye?")
 
 
 def require(condition: bool | np.bool_, *message: str) -> None:
