@@ -13,9 +13,10 @@ from stripfold.ask.prediction import (
 from stripfold.follow import statics
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End
+from stripfold.paths import geometric
 from stripfold.strip.contact_mesh import FOLDED, INTERVAL, LYING, POINT, ContactMesh, Sizes, Topology
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import AlongX, TwoGrippers
+from stripfold.strip.problem import AlongX, Slipping, TwoGrippers
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
 
@@ -49,6 +50,8 @@ class TestEquations:
         mesh = ContactMesh.of(9.0, topology, np.array(CONTACT[topology]), sizes, lambda e: of.of(9.0, 0.3, elements=e))
         # A point that touches, or is held by a second gripper.
         self.check(MovingContact(mesh, AlongX(1.0)))
+        # The whole strip slides.
+        self.check(MovingContact(mesh, Slipping(geometric.triangular(9.0).pieces[0], 9.0, ratio=0.4)))
         if any(mesh.points):
             self.check(MovingContact(mesh, TwoGrippers(AlongX(1.0), CONTACT[topology][0], 0.1, 0.4 - 1.0)))
 

@@ -14,7 +14,7 @@ from assessing import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
-from stripfold.follow.slide import slide_of
+from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import BUMP, WAVE, forces_of, friction_to_hold, peak_push
@@ -161,6 +161,15 @@ class TestTable:
         assert found.slide > 0.2 * UNIT
         assert found.end_error == pytest.approx(found.slide, rel=1e-6)
         assert found.to_dataset()["x"][-1, -1] == pytest.approx(length * UNIT / 2.0 + found.slide, abs=1e-6)
+
+    def test_how_far_it_slides_does_not_depend_on_the_steps(self) -> None:
+        """It ends within a step: where a strip that slides on would slide back."""
+        strip, path = StripModel(9.0, MATERIAL.relative_thickness, kind="rod"), geometric.triangular(9.0)
+        ends = []
+        for size in (0.1, 0.3):
+            seen, _ = slides_on(strip.contact_mesh(), path, 9.0, lambda model, q: (), 0.9, size)
+            ends.append(path.position(path.length)[0] - seen.position(path.length)[0])
+        assert ends == pytest.approx([0.1851, 0.1851], abs=2e-4)
 
     @pytest.mark.parametrize("friction", [{}, {"friction_moment": 0.05 * FORCE * UNIT, "step": 0.25 * UNIT}])
     def test_a_smooth_table_lets_the_strip_follow_its_gripper(self, friction: dict[str, float]) -> None:

@@ -217,7 +217,8 @@ def _refuse_bad_views(views: Sequence[View], whole: CameraFit) -> None:
         "remove it if it is blurred, from another camera or zoom, or the board was bent or covered; calibrate again",
     )
     found = f"a reprojection error of {whole.rms:.2f} px"
-    require(whole.rms <= MAX_RMS, _SOURCE, found, f"{MAX_RMS:g} px or less", "is the board flat, in focus, and the lens no fisheye?")
+    advice = "is the board flat, in focus, and the lens no fisheye?"
+    require(whole.rms <= MAX_RMS, _SOURCE, found, f"{MAX_RMS:g} px or less", advice)
 
 
 def require(condition: bool | np.bool_, *message: str) -> None:

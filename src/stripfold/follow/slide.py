@@ -26,7 +26,8 @@ from stripfold.follow.memory import STEP, Effects, load_incrementally_from, with
 from stripfold.follow.statics import FIRST
 from stripfold.follow.track import StripState, friction_to_hold, on_mesh
 from stripfold.paths.curve import GripperPath, Piece
-from stripfold.strip.problem import AlongPath
+from stripfold.solve import critical
+from stripfold.strip.problem import AlongPath, Slipping
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -35,10 +36,8 @@ GROWTH = 1.3
 """Ratio of the lengths travelled at the ends of the first steps: a push falls with the square of the height."""
 LEAST = 1e-4
 """Length travelled in a step that is not halved any more, L*."""
-TRIED, FARTHEST = 1e-3, 1.0
-"""Change of the slide that is tried first in a step, and the largest one, L*."""
 ACCURACY = 1e-6
-"""Of the slide, and of where it begins, L*."""
+"""Of where a slide begins, L*."""
 SLIDES = 1e-3
 """Coefficient of friction by which less is needed of what stays than of what slides."""
 
@@ -134,13 +133,12 @@ def _first(
     """A state near the beginning of the first piece, and the slide there.  Raises SolveError."""
     begin = min(FIRST, piece.end / 4.0)
 
-    def begun(slide: float) -> BranchPoint:
-        seen = motion(_part(piece, np.array([0.0, begin]), np.array([0.0, slide])))
-        return with_effects(from_flat(mesh, seen, begin), effects)
+    def begun(motion: AlongPath) -> BranchPoint:
+        return with_effects(from_flat(mesh, motion, begin), effects)
 
     while True:
         try:
-            return _held(begun, 0.0, mu)
+            return _held(begun(motion(piece)), 0.0, mu, begun)
         except SolveError:
             if begin < LEAST:
                 raise
@@ -196,47 +194,69 @@ def _step(
 def _at_once(
     at: BranchPoint, slide: float, motion: Callable[[Piece], AlongPath], piece: Piece, end: float, mu: float
 ) -> Iterator[tuple[BranchPoint, float]]:
-    """The state at the end of a step, and the slide there; before it, where it begins to slide within the step."""
-    begin = at.lam
+    """The state at the end of a step, and the slide there; before it, where it begins or ends to slide within it."""
 
-    def moved(to: float, slid: float) -> BranchPoint:
-        seen = motion(_part(piece, np.array([begin, to]), np.array([slide, slid])))
+    def stays(to: float) -> BranchPoint:
+        seen = motion(_part(piece, np.array([at.lam, to]), np.array([slide, slide])))
         return next(load_incrementally_from(at, [(seen, to)], locate=False))
 
     def missing(to: float) -> float:
-        return abs(friction_to_hold(*on_mesh(moved(to, slide) if to > begin else at))) - mu
+        return abs(friction_to_hold(*on_mesh(stays(to) if to > at.lam else at))) - mu
 
-    if missing(end) > 0.0 > missing(begin) + SLIDES:
-        begins = root(missing, begin, end, ACCURACY)
-        at = moved(begins, slide)
+    holds = missing(end) <= 0.0
+    if not holds and missing(at.lam) < -SLIDES:
+        at = stays(root(missing, at.lam, end, ACCURACY))
         yield at, slide
-        begin = begins
-    yield _held(partial(moved, end), slide, mu)
+    elif holds and isinstance(slips := at.problem.motion, Slipping):
+        ends = _end_of_slide(at, slips, piece, end)
+        if ends is not None:
+            at, slide = ends, slips.slid(ends.model, ends.u, ends.lam)
+            yield at, slide
+    yield _held(stays(end), slide, mu, partial(_slipping, at, end))
 
 
-def _held(along: Callable[[float], BranchPoint], slide: float, mu: float) -> tuple[BranchPoint, float]:
+def _end_of_slide(at: BranchPoint, slips: Slipping, piece: Piece, end: float) -> BranchPoint | None:
+    """The state from which on what lies would slide back, and stays; None where it stays from the step's begin on."""
+
+    def further(to: float) -> float:
+        """Rate at which it slides on; negative where there is no such state any more, too."""
+        try:
+            there = _slipping(at, to, slips) if to > at.lam else at
+        except SolveError:
+            return -1.0
+        tangent, x = there.point.tangent, there.model.middle[0, 0]
+        return float(np.sign(slips.ratio) * (tangent.q[x] - piece.rate(to)[0] * tangent.lam))
+
+    if further(at.lam) <= 0.0 or further(end) >= 0.0:
+        return None
+    return _slipping(at, root(further, at.lam, end, ACCURACY), slips)
+
+
+def _slipping(at: BranchPoint, end: float, motion: AlongPath) -> BranchPoint:
+    """The state at the end of a step within which what lies slides.  Raises SolveError."""
+    force = at.point.state.force.copy()
+    # What the gripper's force lacks there, if anything, is replaced within the step.
+    force[at.model.middle[0, 0]] = 0.0
+    free = BranchPoint(at.problem, replace(at.point, state=replace(at.point.state, force=force)))
+    return next(load_incrementally_from(free, [(motion, end)], locate=False))
+
+
+def _held(
+    stays: BranchPoint, slide: float, mu: float, slipping: Callable[[AlongPath], BranchPoint]
+) -> tuple[BranchPoint, float]:
     """The state at the end of a step, and how far what lies has slid: no farther than until friction holds it.
 
-    ``along``: the state there with a slide.  Raises SolveError: it cannot be computed, or nothing holds what lies.
+    ``stays``: the state where it does not slide; ``slipping``: that with the motion of a strip that does.  Raises
+    SolveError: it cannot be computed, or nothing holds what lies.
     """
-    stays = along(slide)
-    friction = friction_to_hold(*on_mesh(stays))
+    friction, motion = friction_to_hold(*on_mesh(stays)), stays.problem.motion
     if abs(friction) <= mu:
         return stays, slide
-    sign = copysign(1.0, friction)
-    states = {0.0: stays}
-
-    def missing(moved: float) -> float:
-        """By how much the friction is too small after it has slid farther."""
-        if moved not in states:
-            states[moved] = along(slide - sign * moved)
-        return sign * friction_to_hold(*on_mesh(states[moved])) - mu
-
-    low, high = 0.0, TRIED
-    while (least := missing(high)) > 0.0:
-        if least >= missing(low) or high > FARTHEST:
-            raise SolveError("what lies slides at once")
-        far = 1.2 * least / (missing(low) - least) * (high - low)
-        low, high = high, high + min(far, 2.0 * high)
-    moved = root(missing, low, high, ACCURACY)
-    return states[moved], slide - sign * moved
+    assert isinstance(motion, AlongPath)
+    piece = motion.path.piece if isinstance(motion.path, Slid) else motion.path
+    slips = Slipping(piece, motion.length, motion.gripper, ratio=copysign(mu, friction))
+    found = slipping(slips)
+    slid = slips.slid(found.model, found.u, found.lam)
+    if (slid - slide) * friction > 0.0 or critical.is_past(found.point):
+        raise SolveError("what lies slides at once")
+    return found, slid

@@ -125,6 +125,11 @@ class Band:
         out[j] = self.columns[j, w + i - j]
         return out
 
+    def add_row(self, to: int, of: int, factor: float) -> None:
+        """Add a multiple of a row to another one beside it, in place."""
+        j = np.arange(max(to - self.width, 0), min(to + self.width + 1, self.size))
+        self.columns[j, self.width + to - j] += factor * self.row(of)[j]
+
     def with_fixed(self, fixed: Index) -> Band:
         kept, held = self.flat.copy(), np.zeros(self.size, bool)
         held[fixed] = True

@@ -23,7 +23,7 @@ from stripfold.solve.problem import Equilibrium, Point, Tangent
 from stripfold.strip.contact_mesh import ContactMesh
 from stripfold.strip.effects import Effect
 from stripfold.strip.model import Model
-from stripfold.strip.problem import Clamp, Motion, StripProblem, TwoGrippers, clamp_of
+from stripfold.strip.problem import Clamp, Motion, Slipping, StripProblem, TwoGrippers, clamp_of
 
 LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
@@ -185,6 +185,9 @@ class MovingContact:
 
     def _with_equations(self, q: Array, force: Array) -> Array:
         """The forces and the equations of the contact coordinates."""
+        if isinstance(self.motion, Slipping):
+            x, z = self.mesh.model.middle[0]
+            force[x] += self.motion.ratio * (self.mesh.length - force[z])
         equations = force[self._released]
         equations[self.points] = self._upright @ q[: self.n]
         if isinstance(self.motion, TwoGrippers):
@@ -241,6 +244,10 @@ class MovingContact:
         force, columns = force + weight, columns + weight_columns
         for effect in strip.effects:
             effect.add(u, force, tangent, growth, columns.T)
+        if isinstance(self.motion, Slipping):
+            x, z = self.mesh.model.middle[0]
+            tangent.add_row(x, z, -self.motion.ratio)
+            columns[x] -= self.motion.ratio * columns[z]
         rows, corner = np.array([tangent.row(j) for j in self._released]).reshape(-1, self.n), columns[self._released]
         rows[self.points], corner[self.points] = self._upright, 0.0
         if self.gripped is not None:
@@ -267,13 +274,13 @@ class MovingContact:
     def prescribed_values(self, lam: float) -> Array:
         values = self.motion.values(lam).copy()
         if self.mesh.topology[0]:
-            values[1] = 0.0
+            values[:2][-1] = 0.0
         return np.concatenate([values, np.zeros(len(self.prescribed) - len(values))])
 
     def prescribed_rates(self, lam: float) -> Array:
         rates = self.motion.rates(lam).copy()
         if self.mesh.topology[0]:
-            rates[1] = 0.0
+            rates[:2][-1] = 0.0
         return np.concatenate([rates, np.zeros(len(self.prescribed) - len(rates))])
 
     def mid_surface(self, q: Array) -> Array:

@@ -104,6 +104,30 @@ class AlongPath:
 
 
 @dataclass(frozen=True)
+class Slipping(AlongPath):
+    """The same height while what lies slides on the table: x is where the table's friction holds no more.
+
+    ``ratio``: of the horizontal force at the held end to the weight that the table carries, the coefficient of friction
+    with its sign.
+    """
+
+    ratio: float = 0.0
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0, 1:])
+
+    def values(self, lam: float) -> Array:
+        return super().values(lam)[1:]
+
+    def rates(self, lam: float) -> Array:
+        return super().rates(lam)[1:]
+
+    def slid(self, model: Model, u: Array, lam: float) -> float:
+        """How far what lies has slid along x."""
+        return float(super().values(lam)[0] - u[model.middle[0, 0]])
+
+
+@dataclass(frozen=True)
 class TwoGrippers:
     """The gripper moves as ``first`` says, with a second one: a hinge in the strip that keeps its distance from it.
 
