@@ -197,27 +197,34 @@ FLATNESS = 5e-4
 """Usual height of wrinkles, m: half a millimetre over 5 cm."""
 
 
-Curl = Annotated[
-    Number,
-    quantity("curvature of the strip without forces; positive where the ends of what lies would curl up", "1/m"),
-]
 MAX_CURL = 0.5
 """Largest curl of a strip, 1/L*: more lifts what lies far beside the ends."""
 
 
-def _checked_curl(strip: Strip, curl: float) -> float:
-    """The curl in 1/L*; InvalidInputError: a strip curled so much that it would not lie."""
-    largest = MAX_CURL / strip.gravity_length
-    if not abs(curl) <= largest:
-        allowed = f"from {-largest:.3g} to {largest:.3g} 1/m, {MAX_CURL:g} / L*"
-        raise InvalidInputError("curl", curl, allowed, "one over the radius of the curled strip, m")
-    return curl * strip.gravity_length
+class Curled(Strip):
+    """A strip that may be curled."""
+
+    curl: Annotated[
+        Number,
+        quantity("curvature of the strip without forces; positive where the ends of what lies would curl up", "1/m"),
+    ] = 0.0
+
+    @property
+    def curl_star(self) -> float:
+        """The curl, 1/L*."""
+        return self.curl * self.gravity_length
+
+    @model_validator(mode="after")
+    def _check_curl(self) -> Self:
+        largest = MAX_CURL / self.gravity_length
+        if not abs(self.curl) <= largest:
+            allowed = f"from {-largest:.3g} to {largest:.3g} 1/m, {MAX_CURL:g} / L*"
+            raise InvalidInputError("curl", self.curl, allowed, "one over the radius of the curled strip, m")
+        return self
 
 
-class Held(AtHeight):
+class Held(AtHeight, Curled):
     """The same with a gripper that may clamp the strip, which may be curled."""
-
-    curl: Curl = 0.0
 
     clamp: Annotated[
         Number | None,
@@ -228,16 +235,6 @@ class Held(AtHeight):
             le=180.0,
         ),
     ] = None
-
-    @property
-    def curl_star(self) -> float:
-        """The curl, 1/L*."""
-        return _checked_curl(self, self.curl)
-
-    @model_validator(mode="after")
-    def _check_curl(self) -> Self:
-        _checked_curl(self, self.curl)
-        return self
 
     @property
     def clamp_angle(self) -> float | None:
@@ -303,7 +300,7 @@ TableFriction = Annotated[
 ]
 
 
-class PathInputs(Strip):
+class PathInputs(Curled):
     """A strip to be moved along a path, its model, its falls and its friction."""
 
     model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
@@ -328,16 +325,10 @@ class PathInputs(Strip):
     ] = "hinge"
     flatness: Flatness = FLATNESS
     table_friction: TableFriction = None
-    curl: Curl = 0.0
     bending_test: Annotated[
         Text | None,
         Field(description="table curvature,moment of a bending test, 1/m and N, and unloading if known: its own law"),
     ] = None
-
-    @property
-    def curl_star(self) -> float:
-        """The curl, 1/L*."""
-        return _checked_curl(self, self.curl)
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
@@ -350,8 +341,8 @@ class PathInputs(Strip):
         return self
 
     @model_validator(mode="after")
-    def _check_curl(self) -> Self:
-        if _checked_curl(self, self.curl) and self.second_gripper is not None:
+    def _check_second(self) -> Self:
+        if self.curl and self.second_gripper is not None:
             raise InvalidInputError("curl", self.curl, "no curl together with second_gripper")
         return self
 
@@ -397,7 +388,7 @@ class MapInputs(Strip):
     friction_moment: FrictionMoment = None
 
 
-class PlanInputs(Strip):
+class PlanInputs(Curled):
     """A strip to be folded, how well it is known, and what the robot may do."""
 
     eta_b_uncertainty: Annotated[Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=0.5)] = 0.2
@@ -436,7 +427,6 @@ class PlanInputs(Strip):
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
     flatness: Flatness = FLATNESS
     table_friction: TableFriction = None
-    curl: Curl = 0.0
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:
@@ -446,8 +436,9 @@ class PlanInputs(Strip):
         if self.yield_curvature is not None and self.friction_moment is None:
             raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
         for strip in self.strips:
-            if _checked_curl(strip, self.curl) and self.friction_moment is not None:
-                raise InvalidInputError("curl", self.curl, "no curl together with friction_moment")
+            Curled(**strip.model_dump(), curl=self.curl)
+        if self.curl and self.friction_moment is not None:
+            raise InvalidInputError("curl", self.curl, "no curl together with friction_moment")
         return self
 
     @property
