@@ -57,7 +57,7 @@ docs: $(DOCS)/.complete ## Build the documentation into site/; a broken link is 
 $(DOCS)/.complete: docs/requirements.lock
 	rm -rf $(DOCS)
 	$(PYTHON) -m venv $(DOCS)
-	$(DOCS)/bin/python -m pip install --quiet --require-hashes --no-deps --no-compile -r docs/requirements.lock
+	$(INSTALL_DOCS) --quiet --require-hashes --no-deps -r docs/requirements.lock
 	@touch $@
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
@@ -125,6 +125,7 @@ $(STAMP): environment.lock pyproject.toml
 # Modules are compiled to byte code when they are first imported: most never are. The checks install with uv, which is
 # faster; pip knows the package index that a user has configured.
 INSTALL = $(VENV)/bin/python -m pip install --no-compile
+INSTALL_DOCS = $(DOCS)/bin/python -m pip install --no-compile
 .PHONY: locked-packages
 locked-packages:
 	$(PYTHON) -m venv $(VENV)
