@@ -10,6 +10,8 @@ BIN := $(CURDIR)/$(VENV)/bin
 IN_VENV := PATH="$(BIN):$$PATH"
 SNAKEMAKE = $(IN_VENV) snakemake
 COMPILE := from stripfold import kernels; kernels.load()
+# Compiled beside each other before the rest.
+SLOWEST := film.line_kernels kernels.step
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
 export OMP_NUM_THREADS := 1
@@ -116,6 +118,7 @@ $(STAMP): environment.lock pyproject.toml
 	@cmp -s environment.lock $(VENV)/environment.lock || rm -rf $(VENV)
 	@test -d $(VENV) || $(MAKE) --no-print-directory -f $(firstword $(MAKEFILE_LIST)) locked-packages
 	$(VENV)/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@for module in $(SLOWEST); do $(VENV)/bin/python -c "import stripfold.$$module" & done; wait
 	$(VENV)/bin/python -c '$(COMPILE)'
 	@touch $@
 	@echo "environment complete: $(VENV), $$($(VENV)/bin/python --version)"
