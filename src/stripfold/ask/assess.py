@@ -425,7 +425,7 @@ def assess(
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
         if not memory:
             return assess_strip(strip, way, fall, refinement, say)
-        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say, bending=bending)
+        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say)
 
     found = followed(curve, refinement, progress)
     forces, hold_friction, slip, slide_t = forces_of(found.static), nan, nan, nan

@@ -58,7 +58,7 @@ from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Motion
 
 Effects = Callable[[Model, Array], tuple[Effect, ...]]
-"""The effects on a strip, without force in the given state."""
+"""The effects on a strip, without force in the given state but for a law of bending."""
 
 STEP = 0.1
 """Usual size of the steps, L*."""
@@ -126,13 +126,10 @@ def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Mo
             yield motion, float(travelled)
 
 
-def start_on_path(
-    mesh: Planned, path: GripperPath, effects: Effects, size: float, bending: MomentCurvature | None = None
-) -> BranchPoint:
+def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> BranchPoint:
     """The first state of a path that is followed in steps of ``size``, L*, from the flat strip.
 
-    ``bending``: law of bending that is among the ``effects``, if any.  Raises InvalidInputError: a step size that
-    cannot be used.
+    Raises InvalidInputError: a step size that cannot be used.
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
@@ -140,7 +137,8 @@ def start_on_path(
     length = mesh(np.array([1.0])).length
     motion = AlongPath(path.pieces[0], length, path.gripper)
     at = contact_branch.from_flat(mesh, motion, travelled)
-    return with_effects(at if bending is None else bent(at, bending), effects)
+    laws = [effect.law for effect in effects(at.model, at.u) if isinstance(effect, BendingLaw)]
+    return with_effects(bent(at, laws[0]) if laws else at, effects)
 
 
 def bent(at: BranchPoint, law: MomentCurvature) -> BranchPoint:
@@ -163,10 +161,9 @@ def load_path(
     size: float,
     progress: Callable[[str], None] | None = None,
     until: Until = "end",
-    bending: MomentCurvature | None = None,
 ) -> Track:
     """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`."""
-    first = start_on_path(mesh, path, effects, size, bending)
+    first = start_on_path(mesh, path, effects, size)
     loaded = Percent(progress, "following the path in steps")
     places = steps_on(path, first.problem.mesh.length, size)
     return load(first, places, until, progress=lambda at: loaded(at.point.lam / path.length))

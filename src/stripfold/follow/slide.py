@@ -203,7 +203,8 @@ def _at_once(
     def missing(to: float) -> float:
         return abs(friction_to_hold(*on_mesh(stays(to) if to > at.lam else at))) - mu
 
-    holds = missing(end) <= 0.0
+    begin, there = at.lam, stays(end)
+    holds = abs(friction_to_hold(*on_mesh(there))) <= mu
     if not holds and missing(at.lam) < -SLIDES:
         at = stays(root(missing, at.lam, end, ACCURACY))
         yield at, slide
@@ -212,7 +213,7 @@ def _at_once(
         if ends is not None:
             at, slide = ends, slips.slid(ends.model, ends.u, ends.lam)
             yield at, slide
-    yield _held(stays(end), slide, mu, partial(_slipping, at, end))
+    yield _held(there if at.lam == begin else stays(end), slide, mu, partial(_slipping, at, end))
 
 
 def _end_of_slide(at: BranchPoint, slips: Slipping, piece: Piece, end: float) -> BranchPoint | None:
