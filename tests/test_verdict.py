@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import stripfold as sf
 from assessing import assess_path
@@ -17,7 +18,7 @@ from stripfold.cli import main
 from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import Ridge, follow_in_time, rucks
-from stripfold.follow.track import BUMP, WAVE, forces_of, friction_to_hold, peak_push
+from stripfold.follow.track import BUMP, BUMP_ENERGY, WAVE, forces_of, friction_to_hold, peak_push
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import plan_r_path
@@ -222,6 +223,17 @@ def test_which_ridges_grow(height: float, width: float, ruck: bool) -> None:
     lies = model.s > PLACE - 1.5
     rise = np.array([state.q[model.middle[lies, 1]] for _, state in moved.states]) - ridge.at(model.s[lies])
     assert (rise.max() > 0.1) == rucks(moved) == ruck
+
+
+def test_the_bump_is_in_equilibrium_under_the_push() -> None:
+    """A beam of weight one under a push of one; w and its first two derivatives vanish at its ends -a and a."""
+    a = brentq(lambda a: np.sin(a) - a * np.cos(a), 4.0, 4.6)
+    s = np.linspace(-a, a, 20001)
+    bent = np.cos(s) / np.cos(a) - 1.0
+    slope = np.sin(s) / np.cos(a) - s
+    height = (np.cos(a) - np.cos(s)) / np.cos(a) + 0.5 * (a**2 - s**2)
+    assert height.max() == pytest.approx(BUMP, rel=1e-5)
+    assert np.trapezoid(0.5 * bent**2 - 0.5 * slope**2 + height, s) == pytest.approx(BUMP_ENERGY, rel=1e-5)
 
 
 def test_the_ratio_is_that_of_the_lowest_waves() -> None:

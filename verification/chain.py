@@ -36,38 +36,33 @@ class Chain:
         zero = np.zeros_like(self.arc)
         return np.stack([self.arc - 0.5 * self.arc[-1], zero + table, zero, zero])
 
-    def follow(
-        self, state: Array, path: Array, drag: float, table: Array | None = None, mu: float = 0.0, section: bool = False
-    ) -> Array:
+    def follow(self, state: Array, path: Array, drag: float, table: Array | None = None, mu: float = 0.0) -> Array:
         """Take the gripper along a path, shape (m, 2), one place for each step; the state is changed.
 
-        ``table``: its height under each node.  ``mu``: friction of the table.  ``section``: whether a bent section is
-        that of St Venant-Kirchhoff material, which without force is shorter by (h kappa)^2 / 8 and then has the moment
-        kappa (1 - 0.3 (h kappa)^2).
+        ``table``: its height under each node.  ``mu``: friction of the table.
 
         Returns each node's largest height over the table, shape (n,).
         """
         heights = np.zeros_like(self.arc) if table is None else table
-        bent, soft = (1.5 / self.stretching, 3.6 / self.stretching) if section else (0.0, 0.0)
         return np.asarray(
-            _march(*state, heights, path, self.step, self.arc[1], self.stretching, drag, mu, bent, soft)  # type: ignore[call-arg]
+            _march(*state, heights, path, self.step, self.arc[1], self.stretching, drag, mu)  # type: ignore[call-arg]
         )
 
 
 @numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _march(x, z, u, w, table, path, step, spacing, stretching, drag, mu, bent, soft):  # type: ignore[no-untyped-def]
+def _march(x, z, u, w, table, path, step, spacing, stretching, drag, mu):  # type: ignore[no-untyped-def]
     n = len(x)
-    top, fx, fz, kappa = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    top, fx, fz, kappa, strain = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     for k in range(len(path)):
         u[0], w[0] = (path[k, 0] - x[0]) / step, (path[k, 1] - z[0]) / step
         x[0], z[0] = path[k, 0], path[k, 1]
         fx[:], fz[:] = 0.0, 0.0
         for i in range(n - 1):
             dx, dz = x[i + 1] - x[i], z[i + 1] - z[i]
-            size = np.sqrt(dx * dx + dz * dz)
-            rate = (dx * (u[i + 1] - u[i]) + dz * (w[i + 1] - w[i])) / size
-            shorter = 0.5 * bent * (kappa[i] * kappa[i] + kappa[i + 1] * kappa[i + 1])
-            pull = stretching * (size - spacing * (1.0 - shorter) + VISCOUS * rate) / (spacing * size)
+            strain[i] = 0.5 * ((dx * dx + dz * dz) / (spacing * spacing) - 1.0)
+            rate = (dx * (u[i + 1] - u[i]) + dz * (w[i + 1] - w[i])) / (spacing * spacing)
+            bent = 0.75 * (kappa[i] * kappa[i] + kappa[i + 1] * kappa[i + 1])
+            pull = (stretching * (strain[i] + VISCOUS * rate) + bent) / spacing
             fx[i] += pull * dx
             fz[i] += pull * dz
             fx[i + 1] -= pull * dx
@@ -80,7 +75,8 @@ def _march(x, z, u, w, table, path, step, spacing, stretching, drag, mu, bent, s
             spin = qx * (u[i + 1] - u[i]) + qz * (w[i + 1] - w[i]) - px * (u[i] - u[i - 1]) - pz * (w[i] - w[i - 1])
             turn = np.arctan2(ax * bz - az * bx, ax * bx + az * bz)
             kappa[i] = turn / spacing
-            moment = ((1.0 - soft * kappa[i] * kappa[i]) * turn + VISCOUS * spin) / spacing
+            stiffness = 1.0 + 1.5 * (strain[i - 1] + strain[i]) + 0.9 / stretching * kappa[i] * kappa[i]
+            moment = (stiffness * turn + VISCOUS * spin) / spacing
             fx[i + 1] -= moment * qx
             fz[i + 1] -= moment * qz
             fx[i] += moment * (qx + px)

@@ -135,7 +135,7 @@ def by_chain(asked: PlanInputs, best: Outcome, random: np.random.Generator) -> f
     still = np.tile(way[-1], (ceil(REST / chain.step), 1))
     state, drag = chain.flat(), Release().air * second
     for part in (way, still):
-        chain.follow(state, part, drag, mu=mu, section=True)
+        chain.follow(state, part, drag, mu=mu)
     folded: Array = half_fold(strip.length_star).folded.at(chain.arc)
     return unit * float(np.linalg.norm(state[:2].T - folded, axis=1).max())
 

@@ -32,6 +32,7 @@ from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import BUMP_WIDTH, RUCK, Ridge, follow_in_time
 from stripfold.follow.track import BUMP, StripState, forces_of, grip_and_hold, peak_push
 from stripfold.paths.curve import GripperPath, pieces_through
+from stripfold.paths.motion import TimedPath
 from stripfold.solve import continuation, newton
 from stripfold.solve.newton import Constraint, NewtonOptions
 from stripfold.solve.problem import Tangent
@@ -56,8 +57,10 @@ WIDTH, HEIGHT = (0.5, 1.5), (0.3, 4.0)
 """Width of the ridge over that of the bump at the largest push, evenly; height over the bump's, by its logarithm."""
 UP = 1.0
 """Length of the straight path."""
-SPEED, DAMPING, REFINEMENT = 0.05, Damping(air=0.1, stiffness=0.06), 0.25
-"""Of the gripper, sqrt(g L*): slow, so that what counts is the push.  Elements are a quarter as long as usual: on those
+MOTION = TimedPath(np.array([0.0, 20.0, 40.0]), np.array([0.0, 0.5 * UP, UP]), np.array([0.0, 0.05, 0.0]))
+"""Of the gripper, from rest to rest, so that no wave runs along the strip, and so slow that the push counts."""
+DAMPING, REFINEMENT = Damping(air=0.1, stiffness=0.06), 0.25
+"""Elements are a quarter as long as usual: on those
 of 0.1 L* what is free at a push of 54 may jump by one of them, and on those of 0.05 two of 40 strips did otherwise."""
 TICKS = (0.3, 0.5, 1.0, 2.0, 4.0)
 
@@ -187,7 +190,7 @@ def case(number: int, seed: int) -> Case:
 def by_rod(of: Case) -> float:
     """Largest height of what lies over the ridge, by the rod in time."""
     strip = StripModel(of.length, of.thickness, kind="rod")
-    moved = follow_in_time(strip, of.path, 0.0, damping=DAMPING, speed=SPEED, refinement=REFINEMENT, ridge=of.ridge)
+    moved = follow_in_time(strip, of.path, 0.0, damping=DAMPING, speed=MOTION, refinement=REFINEMENT, ridge=of.ridge)
     model = moved.states[0].problem.model
     lies = model.s >= PLACE[0] - 0.5
     z = np.array([state.q[model.middle[lies, 1]] for _, state in moved.states])
@@ -201,7 +204,8 @@ def by_chain(of: Case, spacing: float = 0.05) -> float:
     state = chain.flat(table)
     still = np.tile([state[0, 0], 0.0], (ceil(5.0 / chain.step), 1))
     slope = of.path.rate(0.0)
-    way = still[0] + np.arange(0.0, UP, SPEED * chain.step)[:, None] * slope
+    travelled = [MOTION.lam(t) for t in np.arange(0.0, MOTION.t[-1], chain.step)]
+    way = still[0] + np.outer(travelled, slope)
     chain.follow(state, still, 2.0, table)
     top = chain.follow(state, way, DAMPING.air, table)
     return float(top[chain.arc >= PLACE[0] - 0.5].max())

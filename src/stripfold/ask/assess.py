@@ -35,6 +35,7 @@ from stripfold.follow.statics import StripModel, branch, remeshed
 from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import (
     BUMP,
+    BUMP_ENERGY,
     COMPRESSION,
     WAVE,
     StripState,
@@ -124,6 +125,8 @@ class PathAssessment(Result):
     bump
         Height of a bump that would grow under this push, of small slopes: in the flat strip that is followed there is
         none.  A height of more than L* says no more than that no lower one grows; nan without a push.
+    bump_energy
+        Energy that it takes to raise this bump against the push, J/m; nan without a push.
     flatness_ratio
         Height of the lowest waves of the table from which this push lifts the strip, half of the bump's, over the
         ``flatness`` of the inputs: below 1 a wrinkle may grow to a ruck; inf without a push or with flatness 0.
@@ -170,6 +173,7 @@ class PathAssessment(Result):
     peak_push: float
     push_z: float
     bump: float
+    bump_energy: float
     flatness_ratio: float
     rucked: bool | None
     folded: bool
@@ -288,7 +292,7 @@ class PathAssessment(Result):
         if not self.peak_push:
             return "none"
         unit = self.asked.gravity_length
-        bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it"
+        bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it, which takes {1e3 * self.bump_energy:.2g} mJ/m"
         flatness = f"{1e3 * self.asked.flatness:.2g} mm"
         if self.rucked is not None:
             bump += f"; on a ridge of {flatness} it {'rucks' if self.rucked else 'does not ruck'} in time"
@@ -498,7 +502,7 @@ def assess(
     slip_x, slip_z = (nan, nan) if isnan(slip) else (unit * curve.position(slip)).tolist()
     angles = grip_angles(states)
     push, push_z = peak_push(states, forces)
-    bump = unit * BUMP / push**2 if push else nan
+    bump, bump_energy = (BUMP / push**2, BUMP_ENERGY / push**2.5) if push else (nan, nan)
     return PathAssessment(
         stable=not events,
         critical=tuple(events),
@@ -521,7 +525,8 @@ def assess(
         peak_moment=material.scales["N"] * peak_moment(states),
         peak_push=material.force_scale * push,
         push_z=unit * push_z,
-        bump=bump,
+        bump=unit * bump,
+        bump_energy=material.scales["J m-1"] * bump_energy,
         flatness_ratio=_flatness_ratio(push, asked),
         rucked=rucked,
         folded=bool(distance <= folded_loop().height),

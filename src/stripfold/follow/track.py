@@ -44,12 +44,14 @@ At a snap the path crosses the boundary, at 75 degrees or more on the paper's pa
 touches it; for a strip of thickness h it crosses at an angle that vanishes with h, up to 13 degrees in the study
 tangency: an unfolded bifurcation.
 """
-BUMP = 15.6976
+BUMP = 15.6987
 """Height times F^2 of a bump in a beam that lies and is pushed by F, L* (rho_a g L*)^2: in unstable equilibrium.
 
 A lower one stays, a higher one grows.  Its second derivative vanishes where it lifts off, too (Hobbs, J. Transp. Eng.
 110, 175, 1984); of small slopes, that is for heights of a small part of L*.
 """
+BUMP_ENERGY = 30.2417
+"""Energy times F^2.5 that raises this bump against the push, half of its weight's potential, of the same source."""
 WAVE = 8.0
 """Height times F^2 below which a strip that is pushed by F stays on the waves of a table, L* (rho_a g L*)^2.
 
