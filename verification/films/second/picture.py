@@ -29,7 +29,8 @@ class Camera:
     """A camera at ``distance`` from the origin of the folding plane, which it shows in the middle, ``field`` m wide.
 
     World: x to the right and z up in the folding plane, y away from the camera.  ``tilt`` downwards, ``yaw`` and
-    ``roll`` are in degrees; a point r from the axis at depth 1 is seen at d, r = d / (1 + ``bend`` d^2).
+    ``roll`` are in degrees; a point r from the axis at depth 1 is seen at d, r = d / (1 + ``bend`` d^2).  Light
+    falls off as in a lens ``wider`` times as wide.
     """
 
     def __init__(
@@ -41,8 +42,9 @@ class Camera:
         tilt: float = 4.0,
         yaw: float = 0.0,
         roll: float = 0.0,
+        wider: float = 2.0,
     ) -> None:
-        self.size, self.bend = size, bend
+        self.size, self.bend, self.wider = size, bend, wider
         self.focal = size[0] * distance / field
         self.centre = np.array([0.489 * size[0], 0.508 * size[1]])
         a, b, c = np.radians([tilt, yaw, roll])
@@ -98,8 +100,8 @@ class Camera:
 
     @cached_property
     def _falloff(self) -> Light:
-        """cos^4 of the angle from the axis, of a lens twice as wide."""
-        square = np.sum((2.0 * self._ideal / self.focal) ** 2, axis=-1)
+        """cos^4 of the angle from the axis."""
+        square = np.sum((self.wider * self._ideal / self.focal) ** 2, axis=-1)
         return np.asarray((1.0 + square) ** -2, dtype=np.float32)
 
 
@@ -240,6 +242,12 @@ class Studio:
 
     def frame(self, curve: Array, end: Array) -> Canvas:
         """The strip along a curve, shape (n, 2), x and z from the gripped end, m, and its gripper at ``end``."""
+        canvas = self.strip(curve)
+        self.gripper(canvas, end)
+        return canvas
+
+    def strip(self, curve: Array, backdrop: float | None = None, tone: float = 1.0) -> Canvas:
+        """The strip alone; on a ``backdrop`` at this depth, m, of this ``tone``, it casts a shadow, too."""
         look, n = self.look, len(curve)
         share = np.linspace(0.0, 1.0, n)
         along = np.gradient(curve, axis=0)
@@ -250,11 +258,13 @@ class Studio:
         turned = (width * np.tan(look.twist * np.sin(5.0 * share)))[:, None] * normal
         near, far = _at(curve, front), _at(curve + turned, front + width)
         canvas = self.empty(self._shadow(near[::2], far[::2]))
-        tone = FULL * look.strip * self._shade(curve, normal) * self._weave[:n]
+        if backdrop is not None:
+            self._behind(canvas, near, far, backdrop, tone)
+        faces = FULL * look.strip * self._shade(curve, normal) * self._weave[:n]
         edge = FULL * look.strip * self._lit(np.array([0.0, -1.0, 0.0])) * self._weave[-n:]
         # The camera looks down: what is higher hides what is lower.
         order = np.argsort(curve[:-1, 1] + curve[1:, 1])
-        polygons(canvas, self._pieces(near, far)[order], tone[order])
+        polygons(canvas, self._pieces(near, far)[order], faces[order])
         polygons(canvas, self._pieces(_at(curve + thick, front), _at(curve - thick, front)), edge)
         where, lean, long = self._hairs.T
         i = (where * (n - 1)).astype(int)
@@ -265,8 +275,17 @@ class Studio:
         )
         for root, tip in zip(roots, tips, strict=True):
             cv2.line(canvas, root, tip, (0.8 * float(edge[0]),), 1)
-        self.gripper(canvas, end)
         return canvas
+
+    def _behind(self, canvas: Canvas, near: Array, far: Array, depth: float, tone: float) -> None:
+        """A backdrop that stands on the table, with the shadow that the strip casts on it."""
+        corners = np.array([[-2.0, 1.0], [2.0, 1.0], [2.0, 0.0], [-2.0, 0.0]])
+        light = FULL * tone * self._lit(np.array([0.0, -1.0, 0.0]))
+        polygons(canvas, self.camera.on_canvas(_at(corners, depth))[None], np.array([light]))
+        cast = [line + (depth - line[:, 1:2]) / self._lamp[1] * self._lamp for line in (near, far)]
+        above = np.minimum(cast[0][:-1, 2], cast[1][1:, 2]) > 0.0
+        dark = np.full(len(near) - 1, light * (1.0 - self.look.shadow))
+        polygons(canvas, self._pieces(*cast)[above], dark)
 
     def _pieces(self, one: Array, other: Array) -> Array:
         """The quadrilaterals between two lines of the world, on the canvas, shape (n - 1, 4, 2)."""

@@ -1,0 +1,203 @@
+"""eta_b from photographs held by hand, beside the card: intervals against truths.
+
+The second generator of films draws folds and hanging strips of up to 6 cm width before a backdrop, with wrinkles, their
+shadows and the card of :mod:`stripfold.film.plate`, printed by OpenCV; half of the strips share the picture with a
+ruler.  A camera looks from a hand: up to 8 degrees down, 6 aside, rolled by up to 8.  Its focal length is known of two
+thirds of them, to the rounding of a phone's data, and so is the strip's width, to half a millimetre.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import xarray as xr
+from scipy.integrate import solve_bvp
+
+from stripfold.base.arrays import Array, Picture
+from stripfold.base.material import GRAVITY
+from stripfold.film import eta, plate
+from verification.common import Progress, attempted, pooled, table
+from verification.eta_pictures import loop
+from verification.films.second.picture import Camera, Look, Studio, exposed, polygons
+from verification.numbers import Facts, Number, covers, seed_of, share
+
+SIZE = 1600, 1200
+BOARD, CELL = plate.CARD, 40
+"""The card, and pixels of one of its squares in the print."""
+DEPTH_SD, PRINT_SD = 0.002, 0.0015
+"""Standard deviations of the card's distance from the plane of the near edge, m, and of the print's scale."""
+WRINKLE, WRINKLES = 0.004, 5
+"""Largest height of each wave of a wrinkled strip, L*, and their number: one to five along the strip."""
+WIDTH_SD = 5e-4
+WRONG = 3.0
+"""Half widths of an interval beyond which a value is wrong without a word."""
+
+
+class Photograph(NamedTuple):
+    """A picture, its truth, and what is said of it: width, m, and focal length over the longer side, or None."""
+
+    image: Picture
+    eta_b: float
+    width: float | None
+    focal: float | None
+
+
+def hanging(length: float, slope: float) -> Array:
+    """x and z of a strip that hangs out of a clamp, shape (n, 2), L*: ``slope`` is that of the clamp, rad."""
+    s = np.linspace(0.0, length, 300)
+
+    def rates(s: Array, y: Array) -> Array:
+        return np.array([y[1], (length - s) * np.cos(y[0])])
+
+    guess = np.array([slope - 0.5 * s, np.full_like(s, -0.5)])
+    angle = solve_bvp(rates, lambda a, b: np.array([a[0] - slope, b[1]]), s, guess, max_nodes=20000).sol(s)[0]
+    middle = 0.5 * (angle[1:] + angle[:-1])
+    return np.vstack(
+        [np.zeros(2), np.cumsum(np.diff(s)[:, None] * np.column_stack([np.cos(middle), np.sin(middle)]), 0)]
+    )
+
+
+def folded(thickness: float) -> Array:
+    """x and z of the middle of a folded strip that lies on a table, shape (n, 2), L*."""
+    path = loop(thickness)
+    ends = [path[:1] - [4.0, 0.0], path[-1:] - [1.5, 0.0]]
+    lines = [np.linspace(ends[0][0], path[0], 120)[:-1], path, np.linspace(path[-1], ends[1][0], 60)[1:]]
+    return np.vstack(lines) + np.array([0.0, 0.5 * thickness])
+
+
+def wrinkled(curve: Array, height: float, random: np.random.Generator) -> Array:
+    """The curve with waves across it, each of up to ``height``, none at its ends."""
+    share = np.linspace(0.0, 1.0, len(curve))
+    along = np.gradient(curve, axis=0)
+    normal = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
+    heights = random.uniform(-height, height, WRINKLES)
+    return curve + (np.sin(np.pi * np.outer(share, 1.0 + np.arange(WRINKLES))) @ heights)[:, None] * normal
+
+
+def photograph(method: str, random: np.random.Generator) -> Photograph:
+    """Draw a strip, beside the card."""
+    unit = float(random.uniform(0.02, 0.04))
+    width, thickness = float(random.uniform(0.005, 0.06)), float(random.uniform(0.02, 0.06)) * unit
+    height = WRINKLE * float(random.choice([0.0, 1.0]))
+    if method == "fold":
+        curve = unit * wrinkled(folded(thickness / unit), height, random) * [random.choice([-1.0, 1.0]), 1.0]
+        curve = curve - [0.5 * (curve[:, 0].min() + curve[:, 0].max()), 0.0]
+    else:
+        shape = hanging(float(random.uniform(1.3, 3.5)), np.radians(random.uniform(-12.0, 12.0)))
+        curve = unit * wrinkled(shape, height, random)
+        curve = curve - [curve[:, 0].max(), curve[:, 1].min() - random.uniform(0.01, 0.04)]
+    right = float(curve[:, 0].max()) + random.uniform(0.015, 0.04)
+    size = BOARD.square * np.array([BOARD.columns + 2.0 * plate.MARGIN, BOARD.rows + plate.FOOT + plate.MARGIN])
+    left, focal = float(curve[:, 0].min()), float(random.uniform(0.65, 0.85))
+    field = (right + size[0] - left) / float(random.uniform(0.55, 0.85))
+    camera = Camera(
+        SIZE,
+        field,
+        field * focal,
+        float(random.normal(0.0, 0.004)),
+        *(float(random.uniform(low, high)) for low, high in ((1.0, 8.0), (-6.0, 6.0), (-8.0, 8.0))),
+        wider=0.7,
+    )
+    camera.place += np.array([0.5 * (left + right + size[0]), 0.0, 0.4 * curve[:, 1].max() + 0.01])
+    dark = bool(random.random() < 0.5)
+    strip, desk, wall = (0.12, 0.5, 0.7) if dark else (0.8, 0.25, 0.15)
+    look = Look(
+        strip,
+        desk,
+        wall,
+        (float(random.uniform(-0.7, 0.7)), -0.6, float(random.uniform(0.2, 1.0))),
+        sheen=0.1,
+        shadow=float(random.uniform(0.0, 0.35)),
+        width=width,
+        thickness=thickness,
+        recede=float(random.normal(0.0, 0.0005)),
+        narrowing=float(random.uniform(0.0, 0.02)),
+        twist=0.0,
+        hairs=int(random.choice([0, 40])),
+        marker=0,
+        marker_size=0.02,
+        offset=(0.0, 0.0),
+    )
+    studio = Studio(camera, look, random)
+    canvas = studio.strip(curve, float(random.uniform(0.08, 0.3)), wall)
+    if method == "cantilever":
+        x, z = curve[0]
+        jaws = np.array([[[x - 0.05, z + s * 0.015], [x, z + s * 0.015], [x, z], [x - 0.05, z]] for s in (1.0, -1.0)])
+        at = np.stack([jaws[..., 0], np.full(jaws.shape[:2], -0.001), jaws[..., 1]], axis=-1)
+        polygons(canvas, camera.on_canvas(at), np.array([70.0, 75.0]))
+    print_of = BOARD.charuco.generateImage((BOARD.columns * CELL, BOARD.rows * CELL), marginSize=0, borderBits=1)
+    foot, margin = round(CELL * plate.FOOT), round(CELL * plate.MARGIN)
+    paper = np.pad(print_of, ((margin, foot), (margin, margin)), constant_values=255)
+    studio.print(
+        canvas, np.array([right, 0.0]), random.normal(1.0, PRINT_SD) * size, paper, float(random.normal(0.0, DEPTH_SD))
+    )
+    if random.random() < 0.5:
+        ruler = np.full((60, 1200), 230, np.uint8)
+        ruler[:25, ::40] = 20
+        studio.print(canvas, np.array([right, size[1] + 0.01]), np.array([0.12, 0.006]), ruler)
+    noise = random.standard_normal(SIZE[::-1]).astype(np.float32)
+    light = camera.seen(canvas, float(random.uniform(0.5, 1.2)))
+    gain = float(random.uniform(0.8, 1.0) / np.percentile(light, 99.5))
+    picture = exposed(light, gain, 0.6, noise, 1.0, 2.0)
+    _, coded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, int(random.integers(80, 96))])
+    known = np.round(36.0 * focal) / 36.0 if random.random() < 2.0 / 3.0 else None
+    said = max(width + float(random.normal(0.0, WIDTH_SD)), 0.002) if random.random() < 2.0 / 3.0 else None
+    return Photograph(cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE), 1.0 / (GRAVITY * unit**3), said, known)
+
+
+def measured(number: int, seed: int) -> dict[str, Any]:
+    """One photograph, drawn and measured: eta_b and the ends of its interval over the truth, nan where refused."""
+    random = np.random.default_rng([seed, number])
+    method = ("fold", "cantilever")[number % 2]
+    seen = photograph(method, random)
+    row = {"case": number, "method": method, "told": (seen.width is not None) + 2.0 * (seen.focal is not None)}
+    found, message = attempted(
+        lambda: eta.from_plate(seen.image, method, width=seen.width, focal=seen.focal)  # type: ignore[arg-type]
+    )
+    values = (np.nan,) * 3 if found is None else (found.eta_b, *found.interval)
+    return row | dict(zip(("eta", "low", "high"), np.array(values) / seen.eta_b, strict=True)) | {"message": message}
+
+
+def run(cases: int = 4, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+    """Draw and measure so many photographs; a dataset over ``case``."""
+    rows = pooled(partial(measured, seed=seed), list(range(cases)), threads, progress)
+    return table("case", rows, {"seed": seed}, {})
+
+
+def facts(d: xr.Dataset) -> Facts:
+    known = np.isfinite(d.eta.values)
+    inside = ((d.low <= 1.0) & (d.high >= 1.0)).values
+    half = 0.5 * (d.high - d.low).values
+    fold = d.method.values == "fold"
+    middle = lambda of: float(np.median(of)) if len(of) else np.nan  # noqa: E731
+    return {
+        "cases": len(known),
+        "measured": known.sum(),
+        "seed": seed_of(d),
+        "share": share(inside[known]),
+        "refused": share(~known),
+        "fold_error": middle(np.abs(d.eta.values - 1.0)[known & fold]),
+        "fold_half": middle(half[known & fold]),
+        "hanging_error": middle(np.abs(d.eta.values - 1.0)[known & ~fold]),
+        "hanging_half": middle(half[known & ~fold]),
+        "wrong": (np.abs(d.eta.values - 1.0) > WRONG * half)[known].sum(),
+    }
+
+
+# fmt: off
+NUMBERS = {
+    facts: (
+        Number("photo_coverage", "share", "1", "0.93 to 0.97",
+            "share of the 95 % intervals of eta_b that hold the truth, of {measured} of {cases} photographs beside the "
+            "card (seed {seed}), folds and hanging strips in turn; half widths {fold_half:.0%} and {hanging_half:.0%} "
+            "in the median, errors {fold_error:.1%} and {hanging_error:.1%}",
+            lambda f: covers(f.share, f.measured, 0.93, 0.97)),
+        Number("photo_refused", "refused", "1", "<= 0.15", "share of these photographs that are refused"),
+        Number("photo_wrong", "wrong", "count", "= 0",
+            "of these photographs those whose eta_b is off by more than three half widths"),
+    ),
+}
+# fmt: on
