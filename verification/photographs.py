@@ -120,6 +120,7 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
         marker=0,
         marker_size=0.02,
         offset=(0.0, 0.0),
+        solid=True,
     )
     studio = Studio(camera, look, random)
     canvas = studio.strip(curve, float(random.uniform(0.08, 0.3)), wall)

@@ -25,7 +25,8 @@ from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.base.material import GRAVITY
 from stripfold.files.reporting import Rows, metres
-from stripfold.film.fold import ShapeFit, correlation_length
+from stripfold.film.fitted import WIDTH_SD
+from stripfold.film.fold import Depth, ShapeFit, correlation_length
 from stripfold.film.line import Centreline, find
 from stripfold.film.line_kernels import arc_length, normals, tangents
 from stripfold.film.segmentation import enclosed_share, piece_along, second_edge
@@ -41,6 +42,8 @@ off some of it, but both are connected around the free end."""
 CLAMP, MAX_BESIDE = 0.2, 0.25
 """Share of a hanging strip that may be held by something of its tone; largest share of the rest of what is connected
 with the strip that is not a part of it: 0.11 in a photograph with hairs, 0.38 in a shadow that halves eta_b."""
+MAX_SLANT = 0.6
+"""Largest share of a hanging strip that begins with a slant."""
 SLOPE_SD = float(np.radians(0.5))
 """Uncertainty of a slope that is given, rad."""
 HOLD = 10.0
@@ -128,12 +131,13 @@ class Cantilever(ShapeFit):
         }
 
 
-def measure(image: Picture, source: str, slope: float | None, roll: float) -> Cantilever:
+def measure(image: Picture, source: str, slope: float | None, roll: float, depth: Depth | None = None) -> Cantilever:
     """Fit a hanging strip in an upright picture, grey values of shape (h, w); ``slope`` and ``roll`` as in :func:`fit`.
 
-    Raises TrackingError: no strip that hangs, or a shape that hardly depends on eta_b.
+    ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises TrackingError: no strip that
+    hangs, or a shape that hardly depends on eta_b.
     """
-    line = find(image, points=POINTS, source=source)
+    line = find(image, points=POINTS, source=source, sag=MIN_SAG)
     # The free end hangs below the clamp.
     if line.points[0, 1] > line.points[-1, 1]:
         line = line.reversed()
@@ -153,12 +157,33 @@ def measure(image: Picture, source: str, slope: float | None, roll: float) -> Ca
     if sag < MIN_SAG * line.length:
         found = f"a line that is bent by {sag / line.length:.1%} of its length"
         raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {NEEDED}", STRAIGHT)
+    own = float(np.median(line.width))
+    if depth is not None:
+        line, own, depth = _middle(line, depth)
     # A frayed or slanted end is known to half of the strip's thickness.
-    tip_sd = max(0.5 * float(np.median(line.width)), 1.0)
+    tip_sd = max(0.5 * own, 1.0)
     shape, power = (
         fit(line.points, line.sd, tip_sd, roll, linear=linear, slope=slope, source=source) for linear in (True, False)
     )
-    return replace(shape, line=line, power=power)
+    return replace(shape, line=line, power=power, depth=depth)
+
+
+def _middle(line: Centreline, depth: Depth) -> tuple[Centreline, float, Depth]:
+    """The middle between both edges of a strip whose face is seen, by the middle of the band; its own width, and what
+    is known of the depth with the band's width.
+    """
+    for part in (slice(POINTS // 2, None), slice(None)):
+        across, along = normals(line.points), tangents(line.points)
+        own, known = depth.fitted(line.width[part], depth.aside(line.points, across)[part], WIDTH_SD)
+        if part.start:
+            # Where the far edge comes out of the clamp later, the band begins with a slant.
+            ahead = known.share * float(along[: POINTS // 5].mean(axis=0) @ (known.foot - line.points[0]))
+            line = line.between(min(ahead + own, MAX_SLANT * line.length) if ahead > 0.0 else 0.0, line.length)
+    near, far = known.edges(line.points, line.points, across)
+    shift = 0.5 * (near + far)
+    crossed = np.flatnonzero(np.isfinite(shift))
+    shift = np.interp(np.arange(POINTS), crossed, shift[crossed]) if crossed.size else np.zeros(POINTS)
+    return replace(line, points=line.points - shift[:, None] * across), own, known
 
 
 def fit(

@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, degrees, hypot, isnan, nan, radians, sqrt
+from math import atan2, degrees, exp, hypot, isnan, log, nan, radians, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from stripfold.film.fold import ShapeFit
+    from stripfold.film.fold import Depth, ShapeFit
 
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
@@ -42,8 +42,13 @@ width of the strip over its distance from the camera, that are not excluded unle
 
 PLATE_ROLL = 0.3
 """The same of the vertical by the plate, degrees: it stands on the table."""
-MAX_TILT = 15.0
+MAX_TILT = 30.0
 """Largest angle, degrees, from which a strip beside the plate may be seen."""
+USUAL_DEPTH = 0.07, 0.06
+"""Width of a strip over the distance of its far edge's plane from the camera, and its standard deviation, where no
+width is given: the band's own width says more where a face is seen."""
+KNOWN_DEPTH_SD, GUESSED_DEPTH_SD = 0.05, 0.15
+"""Standard deviation of the same by a width, as a share: with the camera's focal length, and without."""
 
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
@@ -198,54 +203,58 @@ def from_plate(
     the near edge.  Raises TrackingError: no plate, a camera that looks from far aside, or no strip as the method needs.
     """
     from stripfold.film import plate
+    from stripfold.film.fold import Depth
 
     seen = plate.find(image, source, focal)
     straight = plate.rectified(image, seen)
-    fit = _fit(straight.image, method, source, slope, roll)
-    place = straight.places(fit.curve.mean(axis=0)[None])
     *foot, away = seen.mapping.camera_place
+    share, share_sd = USUAL_DEPTH
     if width is not None:
-        depth = width / float(away)
-    if tilt is None:
-        tilt = degrees(atan2(float(np.linalg.norm(place[0] - foot)), float(away)))
-        if tilt > MAX_TILT:
-            found = f"a strip that is seen from {tilt:.0f} degrees aside"
-            raise TrackingError(source, found, f"at most {MAX_TILT:g}", "hold the camera in front of the strip")
+        share = width / (float(away) + width)
+        share_sd = share * (KNOWN_DEPTH_SD if focal is not None else GUESSED_DEPTH_SD)
+    depth = Depth(straight.pixels(np.array([foot]))[0], share, share_sd)
+    fit = _fit(straight.image, method, source, slope, roll, depth)
+    place = straight.places(fit.curve.mean(axis=0)[None])
+    aside = degrees(atan2(float(np.linalg.norm(place[0] - foot)), float(away)))
+    if aside > MAX_TILT:
+        found = f"a strip that is seen from {aside:.0f} degrees aside"
+        raise TrackingError(source, found, f"at most {MAX_TILT:g}", "hold the camera in front of the strip")
     random = np.random.default_rng(0)
     sizes = [one.resolution(one.to_pixels(place)[0]) for one in (seen.resample(random) for _ in range(plate.DRAWS))]
-    scale_sd = hypot(plate.SCALE_SD, float(np.std(np.log(sizes))))
-    behind = width is not None and focal is not None
-    return _found(fit, straight.image, straight.scale, source, View(tilt, roll, depth), scale_sd, behind)
+    scale_sd = hypot(plate.PRINT_SD, plate.PLACE_SD / float(away), float(np.std(np.log(sizes))))
+    return _found(fit, straight.image, straight.scale, source, View(0.0, roll, 0.0), scale_sd)
 
 
-def _fit(image: Picture, method: str, source: str, slope: float | None, roll: float) -> ShapeFit:
+def _fit(
+    image: Picture, method: str, source: str, slope: float | None, roll: float, depth: Depth | None = None
+) -> ShapeFit:
     from stripfold.film import cantilever, fold
 
     if method == "fold":
-        return fold.measure(image, source)
-    return cantilever.measure(image, source, None if slope is None else radians(slope), radians(roll))
+        return fold.measure(image, source, depth)
+    return cantilever.measure(image, source, None if slope is None else radians(slope), radians(roll), depth)
 
 
-def _found(
-    fit: ShapeFit, image: Picture, scale: float, source: str, view: View, scale_sd: float = 0.0, behind: bool = False
-) -> EtaB:
+def _found(fit: ShapeFit, image: Picture, scale: float, source: str, view: View, scale_sd: float = 0.0) -> EtaB:
     """The result, with the interval however the camera stood within its view.
 
-    ``behind``: the depth is known, and the middle of the band that is seen lies half of it, or half as much or half as
-    much again, behind the plane of the scale.
+    Of a strip whose depth is known the middle of the band that is seen is smaller by half of it; else the middle may be
+    anywhere between both edges, and the tilt is not known either.
     """
-    low, high = (eta_b_of(unit * scale) for unit in reversed(fit.interval))
+    share, sd = (0.0, 0.0) if fit.depth is None else (fit.depth.share, fit.depth.sd)
+    middle = (1.0 - 0.5 * share) ** 3
+    low, high = ((fit.unit / unit) ** 3 for unit in reversed(fit.interval))
+    spread = 1.96 * 3.0 * hypot(scale_sd, 0.5 * sd)
     tilted = TILT_ERROR[fit.method] * view.tilt
-    nearer, middle, farther = (
-        (1.0 - share * view.depth) ** 3 for share in ((0.75, 0.5, 0.25) if behind else (0.5, 0.0, 0.0))
+    eta_b = eta_b_of(fit.unit * scale) * middle
+    interval = (
+        eta_b * exp(-hypot(log(low), spread)) * (1.0 - tilted) * (1.0 - 0.5 * view.depth) ** 3,
+        eta_b * exp(hypot(log(high), spread)) * (1.0 + tilted),
     )
-    scaled = 3.0 * 1.96 * scale_sd
-    interval = low * nearer * (1.0 - tilted - scaled), high * farther * (1.0 + tilted + scaled)
     if interval[1] > MAX_INTERVAL_RATIO * interval[0]:
         found = f"the strip's shape leaves eta_b anywhere from {interval[0]:.3g} to {interval[1]:.3g} m^-4 s^2"
         needed = f"an interval narrower than a factor {MAX_INTERVAL_RATIO:g}"
         raise TrackingError(source, found, needed, "let 1 to 4 L* of it hang")
-    eta_b = eta_b_of(fit.unit * scale) * middle
     unit = Material(eta_b).gravity_length
     return EtaB(eta_b, unit, interval, fit=fit, image=image, scale=scale, view=view, scale_sd=scale_sd)
 

@@ -24,8 +24,8 @@ from stripfold import elastica
 from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.files.reporting import Rows, metres
-from stripfold.film.fitted import EDGE_SD, THICKNESS_SD
-from stripfold.film.line import edges_at, locate
+from stripfold.film.fitted import EDGE_SD, THICKNESS_SD, WIDTH_SD
+from stripfold.film.line import edges_at, locate, rounded
 from stripfold.film.line_kernels import inside, normals
 from stripfold.film.segmentation import closed, foreground, piece_along, reduced, second_edge, unreduced
 
@@ -50,6 +50,10 @@ GAP = 4.0, 3.0
 """Least gap between the layers on a section: pixels, and for each pixel of blur; nearer ones shift their edges."""
 MAX_HIDDEN = 0.6
 """Largest height above the lower layer, L*, that this gap and the thickness may take."""
+MAX_WIDENING = 0.3
+"""Largest distance of both edges over that of the middle from the camera's foot: strips of a third of its distance."""
+WIDENINGS = 0.0, 0.05, 0.1, 0.15, 0.2
+"""Those that are tried before the band is measured."""
 ROOM = 0.4
 """How far around the loop other things are looked for, L*."""
 MAX_BESIDE = 0.1
@@ -58,15 +62,73 @@ NEEDED = "a strip folded in half that lies on a table, seen from the side, with 
 ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
 
 
+@dataclass(frozen=True)
+class Depth:
+    """What is known of how far a strip reaches behind the plane of its near edge.
+
+    ``foot``: where the camera's perpendicular meets that plane, pixels, shape (2,).  ``share``, ``sd``: the far edge is
+    seen nearer to it by this share of its distance, which is the strip's width over that of the far edge's plane.
+    """
+
+    foot: Array
+    share: float
+    sd: float
+
+    @property
+    def widening(self) -> float:
+        """Difference of both edges' places over the distance of their middle from the foot."""
+        return self.share / (1.0 - 0.5 * self.share)
+
+    def aside(self, points: Array, across: Array) -> Array:
+        """Distance of the foot from points of the middle along unit vectors, both of shape (n, 2): shape (n,)."""
+        return np.abs(np.einsum("ij,ij->i", points - self.foot, across))
+
+    def edges(self, curve: Array, points: Array, across: Array) -> Array:
+        """Where both edges of a strip cross sections through ``points``, along ``across``, shape (2, n); nan: nowhere.
+
+        ``curve``: the middle of the band, shape (m, 2), on which the points are.
+        """
+        along, index = np.column_stack([across[:, 1], -across[:, 0]]), np.arange(len(points))
+        found = []
+        for factor in (0.5, -0.5):
+            edge = self.foot + (1.0 + factor * self.widening) * (curve - self.foot)
+            away = edge - points[:, None]
+            ahead, aside = np.einsum("ijk,ik->ij", away, along), np.einsum("ijk,ik->ij", away, across)
+            crosses = (ahead[:, :-1] <= 0.0) != (ahead[:, 1:] <= 0.0)
+            j = np.where(crosses, np.abs(aside[:, 1:]), np.inf).argmin(axis=1)
+            part = ahead[index, j] / np.where(crosses[index, j], ahead[index, j] - ahead[index, j + 1], np.nan)
+            found.append((1.0 - part) * aside[index, j] + part * aside[index, j + 1])
+        return np.array(found)
+
+    def fitted(self, widths: Array, aside: Array, sd: float) -> tuple[float, Depth]:
+        """The band's own width, and what is known with its ``widths`` on sections, shape (n,), pixels, each of ``sd``.
+
+        A face of the strip that is seen widens the band by the distance of its edges, a share of ``aside``.
+        """
+        design = np.column_stack([np.ones_like(aside), aside])
+        weights = np.ones_like(widths)
+        prior = np.array([[0.0, 0.0], [0.0, 1.0 / self.sd**2]])
+        for _ in range(6):
+            normal = (design.T * weights) @ design / sd**2 + prior
+            found = np.linalg.solve(normal, design.T @ (weights * widths) / sd**2 + prior @ [0.0, self.widening])
+            residual = widths - design @ found
+            sigma = max(1.4826 * float(np.median(np.abs(residual))), 0.2)
+            weights = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
+        own, widening = max(float(found[0]), 1.0), float(np.clip(found[1], 0.0, MAX_WIDENING))
+        known = Depth(self.foot, widening / (1.0 + 0.5 * widening), float(np.sqrt(np.linalg.inv(normal)[1, 1])))
+        return own, known
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ShapeFit(ABC):
     """A heavy elastica fitted to a strip in a picture; lengths in pixels.
 
     ``unit``, ``interval``: L* and its 95 % interval.  ``curve``: the middle of the fitted strip, shape (m, 2).
-    ``residual``: measured less fitted, normal to it, shape (n,).
+    ``residual``: measured less fitted, normal to it, shape (n,).  ``depth``: what is known of it with the band's width.
     """
 
     method: ClassVar[str]
+    depth: Depth | None = None
     unit: float
     interval: tuple[float, float]
     curve: Array
@@ -111,18 +173,20 @@ class Fold(ShapeFit):
         return {"height": self.height * scale, "height_sd": self.height * scale * self.sd}
 
 
-def measure(image: Picture, source: str = "picture") -> Fold:
+def measure(image: Picture, source: str = "picture", depth: Depth | None = None) -> Fold:
     """Fit the loop of a folded strip in an upright picture, grey values of shape (h, w).
 
-    Raises TrackingError: no strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
+    ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises
+    TrackingError: no strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
     """
-    place, width, bright, faint = _initial(image, source)
+    place, width, bright, faint, seen = _initial(image, source, depth)
     thickness, blur = width / place.unit, FIRST_BLUR
     for iteration in range(ITERATIONS):
         if not width / place.unit <= MAX_THICKNESS:
             found = f"a band whose width is {width / place.unit:.2f} of the loop's L*"
             raise TrackingError(source, found, NEEDED, f"the strip may be {MAX_THICKNESS:g} L* thick at most")
-        high = (GAP[0] + GAP[1] * blur + width) / place.unit
+        below = seen.widening * float(seen.aside(place.of(np.zeros((1, 2))), place.up)[0])
+        high = (GAP[0] + GAP[1] * blur + width + below) / place.unit
         if high > MAX_HIDDEN:
             raise TrackingError(source, f"the loop's L* has {place.unit:.0f} pixels: too small", NEEDED, "come closer")
         arc, shape, by_thickness = visible(thickness, high)
@@ -130,13 +194,18 @@ def measure(image: Picture, source: str = "picture") -> Fold:
         if not inside(points, image.shape, width).all():
             raise TrackingError(source, "the picture's border cuts the loop", NEEDED, "leave some room around the loop")
         across = normals(points)
-        offset = np.zeros(len(points))
+        sides = seen.edges(place.of(outline(thickness)), points, across)
+        usable = np.isfinite(sides).all(axis=0)
+        points, across, shape, by_thickness, arc = (x[usable] for x in (points, across, shape, by_thickness, arc))
+        near, far = sides[:, usable]
+        expected, face = points + 0.5 * (near + far)[:, None] * across, np.abs(near - far)
+        widths, offset = width + face, np.zeros(len(points))
         if iteration < LOCATED:
             # The hole's outline is off by its roughness, and a thin band has to lie in the middle of its sections.
             reach = max(width, 6.0, 0.06 * place.unit)
-            offset = locate(image, points, across, np.full(len(points), width), reach, bright, 3)
-        edges = edges_at(image, points + offset[:, None] * across, across, width, bright)
-        band = float(np.median(edges.width[edges.found])) if edges.found.any() else width
+            offset = locate(image, expected, across, rounded(widths), reach, bright, 3)
+        edges = edges_at(image, expected + offset[:, None] * across, across, rounded(widths), bright)
+        band = widths * (float(np.median((edges.width / widths)[edges.found])) if edges.found.any() else 1.0)
         contrast = np.median(edges.contrast)
         good = edges.found & (np.abs(edges.width / band - 1.0) < 0.5) & (edges.contrast > 0.4 * contrast)
         if good.mean() < (MIN_FOUND if iteration >= LOCATED else 0.5):
@@ -150,17 +219,20 @@ def measure(image: Picture, source: str = "picture") -> Fold:
         slopes = np.column_stack([place.slopes(points, across), last])[good]
         prior = width / place.unit - thickness, np.hypot(THICKNESS_SD[0], THICKNESS_SD[1] * width) / place.unit
         change, covariance, freedom = _robust(np.column_stack([slopes, np.ones(len(offset))]), offset, prior)
-        place, width = place.moved(change[:4]), band
+        place = place.moved(change[:4])
+        if depth is None:
+            width = float(np.median(edges.width[good]))
+        elif iteration >= LOCATED - 1:
+            aside = face / seen.widening if seen.widening else seen.aside(points, across)
+            width, seen = depth.fitted(edges.width[good], aside[good], WIDTH_SD)
         thickness = float(np.clip(thickness + change[4], 0.0, MAX_THICKNESS))
     residual = offset - slopes @ change[:5] - change[5]
     misfit = float(np.sqrt(np.mean(residual**2))) / place.unit
     if misfit > MAX_MISFIT:
         found = f"the best loop of a folded strip is {misfit:.1%} of L* off"
         raise TrackingError(source, found, f"{MAX_MISFIT:.0%} or less; {NEEDED}", "is it folded without a crease?")
-    middle = loop(thickness)[:, 1:]
-    lower = np.column_stack([np.linspace(middle[-1, 0], 0.0, 300)[:-1], np.zeros(299)])
-    curve = np.concatenate([lower, middle])
-    beside = _beside(image, bright, faint, place, points, width)
+    curve = outline(thickness)
+    beside = _beside(image, bright, faint, place, points, widths)
     if beside > MAX_BESIDE:
         raise second_edge(beside, source, NEEDED)
     top = curve[np.argmax(curve[:, 1])]
@@ -168,6 +240,7 @@ def measure(image: Picture, source: str = "picture") -> Fold:
     sd = float(np.sqrt(covariance[0, 0]))
     spread = float(np.exp(stdtrit(freedom, 0.975) * sd))
     return Fold(
+        depth=None if depth is None else seen,
         unit=place.unit,
         interval=(place.unit / spread, place.unit * spread),
         sd=sd,
@@ -202,9 +275,15 @@ def _moments(mask: Mask) -> tuple[float, Array, float, float]:
     return float(len(points)), centre, float(np.arctan2(axis[1], axis[0])), skewness
 
 
-def _initial(image: Picture, source: str) -> tuple[Place, float, bool, bool]:
-    """The largest hole of the shape of a fold's: its place, the band's width, and whether that is bright and faint."""
+def _initial(image: Picture, source: str, depth: Depth | None) -> tuple[Place, float, bool, bool, Depth]:
+    """The largest hole of the shape of a fold's: its place, the band's width, whether that is bright and faint, and how
+    much of it is its face.
+    """
     small, scale = reduced(image)
+    tried = [Depth(np.zeros(2), 0.0, 0.0)]
+    if depth is not None:
+        foot = (depth.foot + 0.5) / scale - 0.5
+        tried = [Depth(foot, widening / (1.0 + 0.5 * widening), depth.sd) for widening in WIDENINGS]
     best, most = None, 0.0
     # Of something else in the picture that stands out more, as a ruler, the strip is told by its hole.
     for faint, bright in ((False, True), (False, False), (True, True), (True, False)):
@@ -214,57 +293,63 @@ def _initial(image: Picture, source: str) -> tuple[Place, float, bool, bool]:
         for hole in regionprops(clear_border(label(mask == 0, connectivity=1))):
             if hole.area < MIN_HOLE:
                 continue
-            place, width = _matching(mask, hole.slice, hole.image)
-            overlap = _overlap(place, width, hole.slice, hole.image)
-            if overlap > most:
-                best, most = (place, width, bright, faint), overlap
+            for seen in tried:
+                place, width = _matching(mask, hole.slice, hole.image, seen)
+                overlap = _overlap(place, width, hole.slice, hole.image, seen)
+                if overlap > most:
+                    best, most = (place, width, bright, faint, seen), overlap
     if best is None:
         raise TrackingError(source, "the strip encloses no loop inside the picture", NEEDED, ADVICE)
     if most < MIN_OVERLAP:
         found = f"no loop of a folded strip: what is most like one shares {most:.0%} of its inside"
         raise TrackingError(source, found, NEEDED, ADVICE)
-    place, width, bright, faint = best
+    place, width, bright, faint, seen = best
     (x, y), factor = unreduced(np.array([place.x, place.y]), scale).tolist(), float(scale.mean())
-    return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright, faint
+    seen = replace(seen, foot=unreduced(seen.foot, scale))
+    return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright, faint, seen
 
 
-def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Array, width: float) -> float:
+def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Array, widths: Array) -> float:
     """Area, relative to the strip's, of what is connected with it around its loop but not a part of it.
 
-    ``points``: the middle of the band, shape (n, 2), and its ``width``; pixels.
+    ``points``: the middle of the band, shape (n, 2), and its ``widths``; pixels.
     """
-    band, _, beside = piece_along(image, points, np.full(len(points), width), bright, faint)
+    band, _, beside = piece_along(image, points, widths, bright, faint)
     here, there = place.back(points), place.back(band)
     low, high = [here[:, 0].min(), 0.0], here.max(axis=0) + ROOM
     beside = beside[((there > low) & (there < high)).all(axis=1)]
     return float(beside.sum() / max((~beside).sum(), 1))
 
 
-def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -> tuple[Place, float]:
+def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, seen: Depth) -> tuple[Place, float]:
     """The place of the loop whose inside has the area, centre, direction and skewness of a hole; the band's width."""
     area, centre, angle, skewness = _moments(hole)
     top, left = where[0].start, where[1].start
     highest = int(hole.argmax(axis=0).argmin())
     above = mask[: top + int(hole[:, highest].argmax()), left + highest][::-1]
-    width = float(np.argmin(np.append(above, 0)))
-    thickness = 0.05
-    for _ in range(3):
-        outline = FINE * inside_of(thickness)
+    band = float(np.argmin(np.append(above, 0)))
+    thickness, place = 0.05, None
+    for _ in range(8):
+        outline = FINE * inside_of(thickness, place, seen)
         corner = outline.min(axis=0)
         shape = np.zeros(np.ceil(np.ptp(outline, axis=0)).astype(int)[::-1] + 2, np.uint8)
         cv2.fillPoly(shape, [np.rint(outline - corner).astype(np.int32)], 1)
         its_area, its_centre, its_angle, its_skewness = _moments(shape > 0)
         unit = FINE * float(np.sqrt(area / its_area))
+        side = 1.0 if skewness * its_skewness > 0.0 else -1.0
+        place = Place(unit, 0.0, 0.0, angle + side * its_angle, side)
+        x, y = centre + np.array([left, top]) - place.of((its_centre + corner)[None] / FINE)[0]
+        place = replace(place, x=float(x), y=float(y))
+        face = seen.widening * float(seen.aside(place.of(loop(thickness)[None, 400, 1:]), place.up)[0])
+        width = max(band - face, 1.0)
         thickness = min(width / unit, MAX_THICKNESS)
-    side = 1.0 if skewness * its_skewness > 0.0 else -1.0
-    place = Place(unit, 0.0, 0.0, angle + side * its_angle, side)
-    x, y = centre + np.array([left, top]) - place.of((its_centre + corner)[None] / FINE)[0]
-    return replace(place, x=float(x), y=float(y)), width
+    return place, width
 
 
-def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask) -> float:
+def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask, seen: Depth) -> float:
     """Intersection over union of a hole and that of a loop."""
-    outline = place.of(inside_of(min(width / place.unit, MAX_THICKNESS))) - [where[1].start, where[0].start]
+    inside = inside_of(min(width / place.unit, MAX_THICKNESS), place, seen)
+    outline = place.of(inside) - [where[1].start, where[0].start]
     room = int(0.25 * max(hole.shape)) + 1
     grown = np.pad(hole, room)
     other = np.zeros(grown.shape, np.uint8)
@@ -316,6 +401,11 @@ class Place:
     angle: float
     side: float
 
+    @property
+    def up(self) -> Array:
+        """The unit vector that is normal to the lower layer, pixels, shape (1, 2)."""
+        return np.array([[np.sin(self.angle), np.cos(self.angle)]])
+
     def of(self, points: Array) -> Array:
         """Pixels of points of the dimensionless loop, shape (n, 2)."""
         c, s = np.cos(self.angle), np.sin(self.angle)
@@ -357,6 +447,12 @@ def loop(thickness: float) -> Array:
     return np.einsum("k,kij->ij", np.array(weights), loops)
 
 
+def outline(thickness: float) -> Array:
+    """The loop with the lower layer under it, shape (1100, 2), L*."""
+    middle = loop(thickness)[:, 1:]
+    return np.concatenate([np.column_stack([np.linspace(middle[-1, 0], 0.0, 300)[:-1], np.zeros(299)]), middle])
+
+
 def visible(thickness: float, high: float) -> tuple[Array, Array, Array]:
     """Arc lengths, shape (n,), places and their change with the thickness, shape (n, 2), from ``high`` up; L*."""
     middle = loop(thickness)
@@ -373,9 +469,14 @@ def visible(thickness: float, high: float) -> tuple[Array, Array, Array]:
     return s, here, (there - here) / 0.01
 
 
-def inside_of(thickness: float) -> Array:
-    """Outline of the hole that the loop encloses, shape (n, 2); L*."""
+def inside_of(thickness: float, place: Place | None, seen: Depth) -> Array:
+    """Outline of the hole that the loop encloses, shape (n, 2); L*.  At a ``place`` a face of the strip is seen."""
     middle = loop(thickness)[:, 1:]
-    inner = middle + 0.5 * thickness * normals(middle)
-    inner = inner[(inner[:, 1] > 0.5 * thickness) & (np.arange(len(inner)) > 10)]
-    return np.concatenate([inner, [[inner[-1, 0], 0.5 * thickness], [inner[0, 0], 0.5 * thickness]]])
+    away, lower = np.full(len(middle), 0.5 * thickness), 0.5 * thickness
+    if place is not None:
+        foot = Depth(place.back(seen.foot[None])[0], seen.share, seen.sd)
+        away += 0.5 * seen.widening * foot.aside(middle, normals(middle))
+        lower += 0.5 * seen.widening * abs(float(foot.foot[1]))
+    inner = middle + away[:, None] * normals(middle)
+    inner = inner[(inner[:, 1] > lower) & (np.arange(len(inner)) > 10)]
+    return np.concatenate([inner, [[inner[-1, 0], lower], [inner[0, 0], lower]]])

@@ -36,8 +36,15 @@ DECAY = 0.7
 """Decay of the search for a band next to where it is expected, as a share of its reach."""
 MIN_MEASURED = 0.5
 """Least share of the sections (in a film of those in view) that must be measured."""
+SLANTED = 0.92
+"""Width of a section over the median of those before it, a width long, from which it is one of the strip."""
+STRAIGHT = 1e-3
+"""Factor on the worth of what is straight where a strip hangs, as a ruler or the edge of the table."""
 ROUGH_TOLERANCE = 0.7
 """Standard deviation of the logarithm of the width in the score of a section of an unknown strip."""
+HANGING = 3.0, 0.3
+"""Least length, in widths, and that deviation for a strip that hangs: its face may be seen, which is wide and has
+another tone than its edge."""
 ROUGH_GAP_WEIGHT = 0.003
 """Weight of the expected place of a hidden section, relative to a measured one, of an unknown strip."""
 GAP_SLOPE = 0.03
@@ -109,12 +116,15 @@ class Centreline:
 
 
 class _Band(NamedTuple):
-    """Typical appearance of a strip: widths at each section, how many are ``beyond`` each end, contrast."""
+    """Typical appearance of a strip: widths at each section, how many are ``beyond`` each end, contrast, and the
+    ``tolerance`` of the widths, of their logarithm.
+    """
 
     widths: Array
     beyond: int
     bright: bool
     contrast: float
+    tolerance: float
 
     @property
     def width(self) -> float:
@@ -125,7 +135,7 @@ class _Band(NamedTuple):
         """Of each section; 0 beyond an end of the strip, where something else may look like it."""
         contrast = np.full(len(self.widths), self.contrast)
         score: Array = line_kernels.score(
-            edges.width, edges.contrast, edges.found, self.widths, contrast, ROUGH_TOLERANCE
+            edges.width, edges.contrast, edges.found, self.widths, contrast, self.tolerance
         )
         for outwards in (score[: self.beyond][::-1], score[-self.beyond :]):
             outwards *= np.logical_and.accumulate(outwards >= GOOD)
@@ -183,32 +193,42 @@ def edges_at(image: Picture, points: Array, across: Array, width: Array | float,
     return Edges._make([*values, found > 0.0])
 
 
-def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, source: str = "picture") -> Centreline:
+def find(
+    image: Picture,
+    start: ArrayLike | None = None,
+    *,
+    points: int = 80,
+    source: str = "picture",
+    sag: float = 0.0,
+) -> Centreline:
     """Find the longest and clearest strip in a picture, grey values of shape (h, w), in so many ``points``.
 
+    ``sag``: least one of a strip that hangs, over its length: what is straighter is found only where nothing else is,
+    and as a strip that hangs has no layers, all of its width is its own.
     ``start`` is the pixel of the gripper's end: the line leads away from it, to the side on which more of the strip
     is; without it from the end further left.  Raises TrackingError, which names the ``source``: no strip.
     """
     image = np.ascontiguousarray(image)
-    rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source)
+    rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source, sag)
     path, widths = smooth_path(rough)
     contrast = rough.contrast
     # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
     for reach in (True, True, False):
         # Where layers are seen as one the band is wider than anywhere else.
-        widths = np.minimum(widths, WIDEST * np.median(widths))
+        widths = widths if sag else np.minimum(widths, WIDEST * np.median(widths))
         curve, widths, beyond = _sections(path, widths)
-        band = _Band(rounded(widths), beyond, rough.bright, contrast)
-        line = _measured(image, _located(image, curve, band, source) if reach else curve, band, points, source)
+        band = _Band(rounded(widths), beyond, rough.bright, contrast, HANGING[1] if sag else ROUGH_TOLERANCE)
+        curve = _located(image, curve, band, source) if reach else curve
+        line = _measured(image, curve, band, points, source, hangs=sag > 0.0)
         # Without the corners of the ends.
         path, widths = line.points, median_filter(line.width, max(points // 9, 3))
         contrast = float(line.contrast[0])
     return line if start is None else _starting_at(line, np.asarray(start, dtype=np.float64))
 
 
-def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPath:
+def _best_candidate(image: Picture, start: Array | None, source: str, sag: float) -> RoughPath:
     best: tuple[float, RoughPath | None] = (0.0, None)
-    for rough in candidates(image):
+    for rough in candidates(image, HANGING[0]) if sag else candidates(image):
         worth = 1.0
         if start is not None:
             away = np.hypot(*(rough.points - start).T)
@@ -220,12 +240,20 @@ def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPa
         elif rough.points[0, 0] > rough.points[-1, 0]:
             rough = rough.reversed()
         worth *= rough.length * min(rough.contrast, 100.0)
+        if sag and _sag(rough) < sag * rough.length:
+            worth *= STRAIGHT
         if worth > best[0]:
             best = (worth, rough)
     if best[1] is None or best[1].length < 20.0:
         needed = "a strip much brighter or darker than what is around it"
         raise TrackingError(source, "no strip was found", needed, "light the strip, or put a plain cloth behind it")
     return best[1]
+
+
+def _sag(rough: RoughPath) -> float:
+    """Largest distance from the straight line through both ends, pixels: without its ends, where a skeleton bends."""
+    points, _ = smooth_path(rough)
+    return float(np.abs((points - points[0]) @ normals(points[[0, -1]])[0]).max())
 
 
 def _sections(points: Array, widths: Array) -> tuple[Array, Array, int]:
@@ -271,14 +299,16 @@ def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
     return np.asarray(curve + line_kernels.smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across)
 
 
-def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str) -> Centreline:
-    """Measure, trim the ends, smooth, and space equally."""
+def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str, hangs: bool) -> Centreline:
+    """Measure, trim the ends, smooth, and space equally; of what ``hangs`` the lower end may be seen slanted."""
     h = _spacing(curve)
     cutoff = cutoff_of(band.width, h * len(curve)) / h
     across = normals(curve)
     edges = edges_at(image, curve, across, band.widths, band.bright)
     score = np.where(inside(curve, image.shape, 0.0), band.score(edges), 0.0)
     good = score >= GOOD
+    if hangs:
+        _without_slant(edges.width, good, h, last=bool(curve[-1, 1] > curve[0, 1]))
     pairs = np.flatnonzero(good[1:] & good[:-1])
     if pairs.size == 0:
         raise _lost(source, float(good.mean()))
@@ -312,6 +342,18 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
         bright=band.bright,
         open_ends=(bool(at_border[0]), bool(at_border[1])),
     )
+
+
+def _without_slant(width: Array, good: Mask, h: float, last: bool) -> None:
+    """Leave out the sections on which a slanted end narrows a band: their middles lead to its corner."""
+    index = np.flatnonzero(good)
+    index = index if last else index[::-1]
+    found = width[index]
+    before = max(int(np.median(found) / h), 3) if found.size else 0
+    end = len(index)
+    while end > 2 * before and found[end - 1] < SLANTED * np.median(found[end - 1 - before : end - 1]):
+        end -= 1
+    good[index[end:]] = False
 
 
 def _uncertainty(away: Array, weights: Array, good: Mask, cutoff: float, h: float) -> Array:

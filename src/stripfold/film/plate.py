@@ -29,8 +29,10 @@ GRIPPERS, SIDE = (40, 41), 0.024
 FOCAL = 0.75
 """Focal length over the longer side of a picture: of the main cameras of phones.  From where a strip is
 seen follows from it."""
+PRINT_SD, PLACE_SD = 0.0015, 0.002
+"""Standard deviations of the print's scale, and of the distance of the cloth's edge from the plate's plane, m."""
 SCALE_SD = 0.003
-"""Standard deviation of the scale by the print, and by an edge of the cloth 2 mm off the plate's plane."""
+"""Standard deviation of the scale by both, as a film is taken from 0.8 m away."""
 MAX_RMS = 1.5e-3
 """Largest distance of the corners from a plane, root mean square, over the longer side of the picture: paper curls."""
 DRAWS = 50
@@ -106,6 +108,10 @@ class Rectified(NamedTuple):
     def places(self, pixels: Array) -> Array:
         """The plate's x and z, shape (n, 2), m, of pixels, shape (n, 2)."""
         return self.corner + self.scale * pixels * [1.0, -1.0]
+
+    def pixels(self, places: Array) -> Array:
+        """Pixels, shape (n, 2), of the plate's x and z, shape (n, 2), m."""
+        return (places - self.corner) / [self.scale, -self.scale]
 
 
 def rectified(image: Picture, seen: Seen) -> Rectified:

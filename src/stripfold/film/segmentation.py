@@ -28,6 +28,8 @@ WORKING_SIZE = 1300
 """Longest side of the picture that is segmented, pixels."""
 MIN_CONTRAST = 12.0
 """Smallest grey-level difference to the background that can be a strip."""
+DIM = {True: 0.3, False: 0.5}
+"""Least difference of a dim pixel over that of a clear one, of a bright strip and of a dark one: shadows are dark."""
 MIN_SLENDERNESS = 8.0
 """Least length of a strip in a picture, in its widths."""
 LONGEST_CUTOFF = 0.055
@@ -66,14 +68,17 @@ class RoughPath:
         return replace(self, points=self.points[::-1], widths=self.widths[::-1])
 
 
-def candidates(image: Picture) -> Iterator[RoughPath]:
-    """Long thin objects in ``image``, shape (h, w), bright and dark ones, each joined across its gaps."""
+def candidates(image: Picture, slender: float = MIN_SLENDERNESS) -> Iterator[RoughPath]:
+    """Long thin objects in ``image``, shape (h, w), bright and dark ones, each joined across its gaps.
+
+    ``slender``: least length, in widths.
+    """
     small, scale = reduced(image)
     for bright in (True, False):
         pieces = sorted(_pieces(*foreground(small, bright), bright), key=lambda piece: -piece.length)
         while pieces:
             joined, pieces = _joined(pieces)
-            if joined.length > MIN_SLENDERNESS * joined.width:
+            if joined.length > slender * joined.width:
                 widths = joined.widths * float(scale.mean())
                 yield replace(joined, points=unreduced(joined.points, scale), widths=widths)
 
@@ -107,7 +112,7 @@ def foreground(image: Picture, bright: bool, faint: bool = False) -> tuple[Mask,
     high = max(float(threshold_otsu(outstanding)), least)
     if faint and np.ptp(fainter := outstanding[outstanding < high]) > 0.0:
         high = max(float(threshold_otsu(fainter)), least)
-    return np.asarray(apply_hysteresis_threshold(difference, max(0.5 * high, least), high)), difference
+    return np.asarray(apply_hysteresis_threshold(difference, max(DIM[bright] * high, least), high)), difference
 
 
 def closed(mask: Mask) -> NDArray[np.uint8]:

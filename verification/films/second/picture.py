@@ -151,6 +151,7 @@ class Look:
 
     ``lamp`` points to the lamp; the strip's front edge recedes by ``recede`` and its width shrinks by ``narrowing`` (a
     share) from the gripper to the held end, and it is twisted by up to ``twist``, rad; ``hairs`` stick out of its edge.
+    ``solid``: all of it is as thick as the edge in front.
     """
 
     strip: float
@@ -168,6 +169,7 @@ class Look:
     marker: int
     marker_size: float
     offset: tuple[float, float]
+    solid: bool = False
 
 
 class Studio:
@@ -265,6 +267,10 @@ class Studio:
         # The camera looks down: what is higher hides what is lower.
         order = np.argsort(curve[:-1, 1] + curve[1:, 1])
         polygons(canvas, self._pieces(near, far)[order], faces[order])
+        if look.solid:
+            for side in (thick, -thick):
+                raised = _at(side, 0.0)
+                polygons(canvas, self._pieces(near + raised, far + raised)[order], faces[order])
         polygons(canvas, self._pieces(_at(curve + thick, front), _at(curve - thick, front)), edge)
         where, lean, long = self._hairs.T
         i = (where * (n - 1)).astype(int)
