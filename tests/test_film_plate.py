@@ -20,6 +20,7 @@ from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.cli import main
 from stripfold.film import plate
 from stripfold.film.boards import Board, dictionary
+from stripfold.film.fold import Depth
 from stripfold.film.holder import Marker
 from stripfold.film.plate_sheet import PAPERS, Paper, sheet
 
@@ -171,27 +172,48 @@ def test_a_hanging_strip_beside_the_card(roll: float, tmp_path: Path):
     assert found.interval[0] < ETA_B < found.interval[1]
 
 
-def test_what_the_width_and_the_focal_length_tell(tmp_path: Path):
-    """Without them the middle of the band may lie anywhere behind the edge: the interval says so."""
-    picture = photograph(camera(2.0, 0.0, 0.0, (-0.02, 0.03)), folded(), 0.03, 0.06)
-    known = sf.eta_b(image=saved(picture, tmp_path), method="fold", width=0.03)
-    for unknown in (
-        sf.eta_b(image=saved(picture, tmp_path, focal=None), method="fold", width=0.03),
-        sf.eta_b(image=saved(picture, tmp_path), method="fold"),
-    ):
-        assert unknown.eta_b > 1.02 * known.eta_b
-        assert unknown.interval[0] < ETA_B < unknown.interval[1]
+@pytest.mark.parametrize("width", [0.005, 0.03, 0.06])
+def test_the_band_says_how_far_the_far_edge_is(width: float, tmp_path: Path):
+    """Without width and focal length, too, as seen from above a face widens the band."""
+    picture = photograph(camera(7.0, 3.0, 0.0, (-0.02, 0.03)), folded(), width, 0.06)
+    known = sf.eta_b(image=saved(picture, tmp_path), method="fold", width=width)
+    unknown = sf.eta_b(image=saved(picture, tmp_path, focal=None), method="fold")
+    for found in (known, unknown):
+        assert found.eta_b == pytest.approx(ETA_B, rel=0.04)
+        assert found.interval[0] < ETA_B < found.interval[1] < 1.25 * found.interval[0]
+    assert known.fit is not None
+    assert known.fit.depth is not None
+    assert known.fit.depth.share == pytest.approx(width / (DISTANCE + width), abs=0.005)
+
+
+def test_the_edges_of_a_wide_strip_cross_a_section_where_they_are():
+    """Both edges of a circle's ruled surface are circles about places beside its middle: crossings in closed form."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 4001)
+    circle = 100.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    depth = Depth(np.array([400.0, 150.0]), 0.1, 0.0)
+    at = np.arange(200, 4000, 400)
+    across = circle[at] / 100.0
+    found = depth.edges(circle, circle[at], across)
+    for factor, crossing in zip((1.0, -1.0), found, strict=True):
+        grown = 1.0 + 0.5 * factor * depth.widening
+        middle, radius = (1.0 - grown) * depth.foot, 100.0 * grown
+        along = across @ middle
+        expected = along + np.sqrt(along**2 - middle @ middle + radius**2) - 100.0
+        np.testing.assert_allclose(crossing, expected, atol=1e-3)
 
 
 def test_what_cannot_be_used_is_refused(tmp_path: Path):
     picture = photograph(camera(2.0, 0.0, 0.0, (-0.02, 0.03)), folded(), 0.01, 0.06)
     with pytest.raises(TrackingError, match=r"no plate.*stripfold plate prints it"):
         sf.eta_b(image=saved(picture[:, :600], tmp_path), method="fold")
-    aside = photograph(camera(2.0, 24.0, 0.0, (-0.02, 0.03)), folded(), 0.005, 0.06)
-    with pytest.raises(TrackingError, match=r"seen from 2\d degrees aside"):
+    aside = photograph(camera(2.0, 34.0, 0.0, (-0.02, 0.03)), folded(), 0.005, 0.06)
+    with pytest.raises(TrackingError, match=r"seen from 3\d degrees aside"):
         sf.eta_b(image=saved(aside, tmp_path), method="fold")
     with pytest.raises(InvalidInputError, match="width"):
         sf.eta_b(image=saved(picture, tmp_path), method="fold", scale=1e-4, width=0.01)
+    for given in ({"tilt": 1.0}, {"depth": 0.01}):
+        with pytest.raises(InvalidInputError, match=r"only together with a scale.*it is measured"):
+            sf.eta_b(image=saved(picture, tmp_path), method="fold", **given)
 
 
 def test_a_ruler_is_a_scale(tmp_path: Path):

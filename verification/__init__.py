@@ -26,7 +26,9 @@ CHAPTERS = {
         "dynamics falls rpaths gripper rucks friction_delay friction_touch disturbed_rpath fabrics fabric_laws "
         "layer_friction"
     ),
-    "Recordings": ("public_pictures altered_films phone_films eta_pictures recordings_accuracy video_benchmark"),
+    "Recordings": (
+        "public_pictures altered_films phone_films eta_pictures photographs recordings_accuracy video_benchmark"
+    ),
     "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),
 }
 """The studies by chapter of the page of numbers, separated by spaces."""

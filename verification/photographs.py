@@ -98,7 +98,9 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
         field,
         field * focal,
         float(random.normal(0.0, 0.004)),
-        *(float(random.uniform(low, high)) for low, high in ((1.0, 8.0), (-6.0, 6.0), (-8.0, 8.0))),
+        tilt=float(random.uniform(1.0, 8.0)),
+        yaw=float(random.uniform(-6.0, 6.0)),
+        roll=float(random.uniform(-8.0, 8.0)),
         wider=0.7,
     )
     camera.place += np.array([0.5 * (left + right + size[0]), 0.0, 0.4 * curve[:, 1].max() + 0.01])
@@ -146,7 +148,8 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
     _, coded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, int(random.integers(80, 96))])
     known = np.round(36.0 * focal) / 36.0 if random.random() < 2.0 / 3.0 else None
     said = max(width + float(random.normal(0.0, WIDTH_SD)), 0.002) if random.random() < 2.0 / 3.0 else None
-    return Photograph(cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE), 1.0 / (GRAVITY * unit**3), said, known)
+    image = np.asarray(cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE), np.uint8)
+    return Photograph(image, 1.0 / (GRAVITY * unit**3), said, known)
 
 
 def measured(number: int, seed: int) -> dict[str, Any]:

@@ -42,8 +42,9 @@ off some of it, but both are connected around the free end."""
 CLAMP, MAX_BESIDE = 0.2, 0.25
 """Share of a hanging strip that may be held by something of its tone; largest share of the rest of what is connected
 with the strip that is not a part of it: 0.11 in a photograph with hairs, 0.38 in a shadow that halves eta_b."""
-MAX_SLANT = 0.6
-"""Largest share of a hanging strip that begins with a slant."""
+SLANTED, MAX_SLANT = (0.1, 0.5), 0.6
+"""Deviation of a band's width from that of a section with both edges, as shares of the face that is seen and of its own
+width, and the largest share of a strip that may begin with such ones."""
 SLOPE_SD = float(np.radians(0.5))
 """Uncertainty of a slope that is given, rad."""
 HOLD = 10.0
@@ -159,7 +160,7 @@ def measure(image: Picture, source: str, slope: float | None, roll: float, depth
         raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {NEEDED}", STRAIGHT)
     own = float(np.median(line.width))
     if depth is not None:
-        line, own, depth = _middle(line, depth)
+        line, own, depth = _middle(line, depth, source)
     # A frayed or slanted end is known to half of the strip's thickness.
     tip_sd = max(0.5 * own, 1.0)
     shape, power = (
@@ -168,18 +169,27 @@ def measure(image: Picture, source: str, slope: float | None, roll: float, depth
     return replace(shape, line=line, power=power, depth=depth)
 
 
-def _middle(line: Centreline, depth: Depth) -> tuple[Centreline, float, Depth]:
+def _middle(line: Centreline, depth: Depth, source: str) -> tuple[Centreline, float, Depth]:
     """The middle between both edges of a strip whose face is seen, by the middle of the band; its own width, and what
     is known of the depth with the band's width.
     """
-    for part in (slice(POINTS // 2, None), slice(None)):
-        across, along = normals(line.points), tangents(line.points)
-        own, known = depth.fitted(line.width[part], depth.aside(line.points, across)[part], WIDTH_SD)
-        if part.start:
-            # Where the far edge comes out of the clamp later, the band begins with a slant.
-            ahead = known.share * float(along[: POINTS // 5].mean(axis=0) @ (known.foot - line.points[0]))
-            line = line.between(min(ahead + own, MAX_SLANT * line.length) if ahead > 0.0 else 0.0, line.length)
-    near, far = known.edges(line.points, line.points, across)
+    whole = line
+    while True:
+        across = normals(line.points)
+        aside = depth.aside(line.points, across)
+        lower = slice(POINTS // 2, None)
+        own, known = depth.fitted(line.width[lower], aside[lower], WIDTH_SD)
+        # Where the far edge comes out of the clamp later than the near one, the band begins with a slant.
+        expected = own + known.widening * aside
+        slack = SLANTED[0] * known.widening * aside + SLANTED[1] * own + 1.0
+        cut = np.flatnonzero((np.abs(line.width - expected) > slack)[: lower.start])
+        if not cut.size:
+            break
+        line = line.between(float(line.arc[cut[-1]] + 0.5 * expected[cut[-1]]), line.length)
+        if line.length < (1.0 - MAX_SLANT) * whole.length:
+            found = f"both edges of the strip along {line.length / whole.length:.0%} of it"
+            raise TrackingError(source, found, f"{1.0 - MAX_SLANT:.0%} or more", "hold the camera in front of it")
+    near, far = known.edges(whole.points, line.points, across)
     shift = 0.5 * (near + far)
     crossed = np.flatnonzero(np.isfinite(shift))
     shift = np.interp(np.arange(POINTS), crossed, shift[crossed]) if crossed.size else np.zeros(POINTS)

@@ -1,12 +1,12 @@
 """eta_b of a fabric: by the height of its fold, a hanging loop, a bending test, or from one picture.
 
 A picture shows the loop of a folded strip, or a strip that hangs out of a clamp.  The interval covers what the picture
-says, scatter of the edges, light and the free end, and where the camera may have stood, which nobody measures.  The
-scale holds in the plane of the strip's near edge; behind it all is seen smaller, and the middle of the band that is
-seen lies between both edges: that makes eta_b up to 3/2 of the depth too high.  A tilt of the camera shows a face of
-the strip and shortens the picture; its roll turns the vertical, on which only a hanging strip depends.  The interval
-excludes the scale, an error of 1 % of which is one of 3 % of eta_b with either method, and friction and plasticity of
-the cloth.
+says, scatter of the edges, light and the free end, and where the camera may have stood.  The scale holds in the plane
+of the strip's near edge; behind it all is seen smaller, and the middle of the band that is seen lies between both
+edges.  Beside a plate both edges are in the fit (:class:`.fold.Depth`).  Without one nobody knows where the camera
+stood: eta_b may be up to 3/2 of the depth too high; a tilt of the camera shows a face of the strip and shortens the
+picture; its roll turns the vertical, on which only a hanging strip depends.  The interval then excludes the scale, an
+error of 1 % of which is one of 3 % of eta_b with either method.  It excludes friction and plasticity of the cloth.
 """
 
 from __future__ import annotations
@@ -21,20 +21,22 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from stripfold.base.arguments import checked, file_name
-from stripfold.base.arrays import Picture
+from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import InvalidInputError, TrackingError, require
 from stripfold.base.material import GRAVITY, Material
 from stripfold.base.validation import ETA_B
 from stripfold.files import schema
 from stripfold.files.reporting import Result, Rows, metres
-from stripfold.film.fitted import TILT_ERROR
+from stripfold.film.fitted import FACE_SD, TILT_ERROR
 from stripfold.film.request import KES_B, KES_HB, EtaRequest
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from stripfold.film.camera import Mapping
     from stripfold.film.fold import Depth, ShapeFit
+    from stripfold.film.plate import Seen
 
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
@@ -47,6 +49,8 @@ MAX_TILT = 30.0
 USUAL_DEPTH = 0.07, 0.06
 """Width of a strip over the distance of its far edge's plane from the camera, and its standard deviation, where no
 width is given: the band's own width says more where a face is seen."""
+USUAL_THICKNESS = 1e-3, 1e-3
+"""Thickness of a cloth and its standard deviation, m."""
 KNOWN_DEPTH_SD, GUESSED_DEPTH_SD = 0.05, 0.15
 """Standard deviation of the same by a width, as a share: with the camera's focal length, and without."""
 
@@ -132,9 +136,11 @@ class EtaB(Result):
             text = f"{self.friction_moment_star:.4g} rho_a g L*^2, {self.friction_moment:.4g} N, friction"
             return rows if isnan(self.friction_moment) else [*rows, ("M_0", text)]
         (low, high), view = self.interval, self.view
-        roll = f"roll up to {view.roll:g}, " if self.fit.method == "cantilever" else ""
+        roll = f"roll up to {view.roll:.2g}, " if self.fit.method == "cantilever" else ""
         scale = f"scale by the plate within {196 * self.scale_sd:.1f} %" if self.scale_sd else "with the scale as given"
         camera = f"tilt up to {view.tilt:g} degrees, {roll}depth {view.depth:g}"
+        if self.fit.depth is not None:
+            camera = f"{roll}depth {self.fit.depth.share:.2g} of the camera's distance, by the band's width"
         return [
             *rows,
             ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, {scale}; {camera}"),
@@ -190,39 +196,74 @@ def from_plate(
     method: str,
     source: str = "picture",
     slope: float | None = None,
-    tilt: float | None = None,
     roll: float = PLATE_ROLL,
-    depth: float = DEPTH,
     width: float | None = None,
     focal: float | None = None,
 ) -> EtaB:
     """Measure eta_b in the grey values of a picture, shape (h, w), that shows a plate beside the strip.
 
-    The arguments are those of :func:`from_image`; without ``tilt`` it is that by the plate.  ``width`` of the strip, m.
-    ``focal``: length of the camera over the picture's longer side; with both eta_b is that of the band's middle behind
-    the near edge.  Raises TrackingError: no plate, a camera that looks from far aside, or no strip as the method needs.
+    ``roll``: largest angle of the plate's foot to the horizontal, degrees.  ``width`` of the strip, m, and ``focal``,
+    length of the camera over the picture's longer side, say how far its far edge is behind the near one, beside what
+    its band says; without a ``focal`` the one of phones is taken that fits best.  Raises TrackingError: no plate, a
+    camera that looks from far aside, or no strip as the method needs.
     """
+    from stripfold.film import plate
+
+    found: list[EtaB] = []
+    for tried in plate.FOCALS if focal is None else (focal,):
+        seen = plate.find(image, source, tried, plate.KNOWN_FOCAL_SD if focal else plate.FOCAL_SD)
+        try:
+            found.append(_beside(image, seen, method, source, slope, roll, width, known=focal is not None))
+        except TrackingError as error:
+            failure = error
+    if not found:
+        raise failure
+    return min(found, key=lambda one: one.residual)
+
+
+def _beside(
+    image: Picture,
+    seen: Seen,
+    method: str,
+    source: str,
+    slope: float | None,
+    roll: float,
+    width: float | None,
+    known: bool,
+) -> EtaB:
+    """Measure eta_b beside a plate; ``known``: whether the focal length is."""
     from stripfold.film import plate
     from stripfold.film.fold import Depth
 
-    seen = plate.find(image, source, focal)
     straight = plate.rectified(image, seen)
     *foot, away = seen.mapping.camera_place
     share, share_sd = USUAL_DEPTH
     if width is not None:
         share = width / (float(away) + width)
-        share_sd = share * (KNOWN_DEPTH_SD if focal is not None else GUESSED_DEPTH_SD)
-    depth = Depth(straight.pixels(np.array([foot]))[0], share, share_sd)
+        share_sd = share * (KNOWN_DEPTH_SD if known else GUESSED_DEPTH_SD)
+    thickness, thickness_sd = (of / straight.scale for of in USUAL_THICKNESS)
+    depth = Depth(straight.pixels(np.array([foot]))[0], share, share_sd, (thickness, thickness_sd))
+    random = np.random.default_rng(0)
+    draws = [seen.resample(random) for _ in range(plate.DRAWS)]
+    roll = hypot(roll, 1.96 * _upright_sd(seen.mapping, draws, plate.outline(seen.board)))
     fit = _fit(straight.image, method, source, slope, roll, depth)
     place = straight.places(fit.curve.mean(axis=0)[None])
     aside = degrees(atan2(float(np.linalg.norm(place[0] - foot)), float(away)))
     if aside > MAX_TILT:
         found = f"a strip that is seen from {aside:.0f} degrees aside"
         raise TrackingError(source, found, f"at most {MAX_TILT:g}", "hold the camera in front of the strip")
-    random = np.random.default_rng(0)
-    sizes = [one.resolution(one.to_pixels(place)[0]) for one in (seen.resample(random) for _ in range(plate.DRAWS))]
+    sizes = [one.resolution(one.to_pixels(place)[0]) for one in draws]
     scale_sd = hypot(plate.PRINT_SD, plate.PLACE_SD / float(away), float(np.std(np.log(sizes))))
     return _found(fit, straight.image, straight.scale, source, View(0.0, roll, 0.0), scale_sd)
+
+
+def _upright_sd(mapping: Mapping, draws: Sequence[Mapping], outline: Array) -> float:
+    """Standard deviation of the vertical, degrees, a plate's length beside it, by mappings drawn as that one."""
+    (left, top), (right, _) = outline
+    sides = np.array([2.0 * left - right, 2.0 * right - left])
+    feet, tops = (np.column_stack([sides, np.full(2, z)]) for z in (0.0, top))
+    ways = np.array([mapping.to_robot(one.to_pixels(tops)) - mapping.to_robot(one.to_pixels(feet)) for one in draws])
+    return float(np.degrees(np.std(np.arctan2(ways[..., 0], ways[..., 1]), axis=0)).max())
 
 
 def _fit(
@@ -244,7 +285,7 @@ def _found(fit: ShapeFit, image: Picture, scale: float, source: str, view: View,
     share, sd = (0.0, 0.0) if fit.depth is None else (fit.depth.share, fit.depth.sd)
     middle = (1.0 - 0.5 * share) ** 3
     low, high = ((fit.unit / unit) ** 3 for unit in reversed(fit.interval))
-    spread = 1.96 * 3.0 * hypot(scale_sd, 0.5 * sd)
+    spread = 1.96 * hypot(3.0 * scale_sd, 1.5 * sd, FACE_SD[fit.method] * share)
     tilted = TILT_ERROR[fit.method] * view.tilt
     eta_b = eta_b_of(fit.unit * scale) * middle
     interval = (

@@ -68,11 +68,13 @@ class Depth:
 
     ``foot``: where the camera's perpendicular meets that plane, pixels, shape (2,).  ``share``, ``sd``: the far edge is
     seen nearer to it by this share of its distance, which is the strip's width over that of the far edge's plane.
+    ``thickness``: of the cloth, and its standard deviation, pixels.
     """
 
     foot: Array
     share: float
     sd: float
+    thickness: tuple[float, float] = (0.0, np.inf)
 
     @property
     def widening(self) -> float:
@@ -107,15 +109,17 @@ class Depth:
         """
         design = np.column_stack([np.ones_like(aside), aside])
         weights = np.ones_like(widths)
-        prior = np.array([[0.0, 0.0], [0.0, 1.0 / self.sd**2]])
+        usual = np.array([self.thickness[0], self.widening])
+        prior = np.diag(1.0 / np.square([self.thickness[1], self.sd]))
         for _ in range(6):
             normal = (design.T * weights) @ design / sd**2 + prior
-            found = np.linalg.solve(normal, design.T @ (weights * widths) / sd**2 + prior @ [0.0, self.widening])
+            found = np.linalg.solve(normal, design.T @ (weights * widths) / sd**2 + prior @ usual)
             residual = widths - design @ found
             sigma = max(1.4826 * float(np.median(np.abs(residual))), 0.2)
             weights = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
         own, widening = max(float(found[0]), 1.0), float(np.clip(found[1], 0.0, MAX_WIDENING))
-        known = Depth(self.foot, widening / (1.0 + 0.5 * widening), float(np.sqrt(np.linalg.inv(normal)[1, 1])))
+        share, share_sd = widening / (1.0 + 0.5 * widening), float(np.sqrt(np.linalg.inv(normal)[1, 1]))
+        known = replace(self, share=share, sd=share_sd)
         return own, known
 
 
@@ -294,7 +298,10 @@ def _initial(image: Picture, source: str, depth: Depth | None) -> tuple[Place, f
             if hole.area < MIN_HOLE:
                 continue
             for seen in tried:
-                place, width = _matching(mask, hole.slice, hole.image, seen)
+                matching = _matching(mask, hole.slice, hole.image, seen)
+                if matching is None:
+                    continue
+                place, width = matching
                 overlap = _overlap(place, width, hole.slice, hole.image, seen)
                 if overlap > most:
                     best, most = (place, width, bright, faint, seen), overlap
@@ -321,16 +328,24 @@ def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Arr
     return float(beside.sum() / max((~beside).sum(), 1))
 
 
-def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, seen: Depth) -> tuple[Place, float]:
-    """The place of the loop whose inside has the area, centre, direction and skewness of a hole; the band's width."""
+def _matching(
+    mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, seen: Depth
+) -> tuple[Place, float] | None:
+    """The place of the loop whose inside has the area, centre, direction and skewness of a hole; the band's width.
+
+    None: through a loop that is as wide as it nothing is seen.
+    """
     area, centre, angle, skewness = _moments(hole)
     top, left = where[0].start, where[1].start
     highest = int(hole.argmax(axis=0).argmin())
     above = mask[: top + int(hole[:, highest].argmax()), left + highest][::-1]
     band = float(np.argmin(np.append(above, 0)))
-    thickness, place = 0.05, None
+    thickness: float = 0.05
+    place: Place | None = None
     for _ in range(8):
         outline = FINE * inside_of(thickness, place, seen)
+        if not outline.size:
+            return None
         corner = outline.min(axis=0)
         shape = np.zeros(np.ceil(np.ptp(outline, axis=0)).astype(int)[::-1] + 2, np.uint8)
         cv2.fillPoly(shape, [np.rint(outline - corner).astype(np.int32)], 1)
@@ -343,6 +358,7 @@ def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, s
         face = seen.widening * float(seen.aside(place.of(loop(thickness)[None, 400, 1:]), place.up)[0])
         width = max(band - face, 1.0)
         thickness = min(width / unit, MAX_THICKNESS)
+    assert place is not None
     return place, width
 
 
@@ -470,7 +486,7 @@ def visible(thickness: float, high: float) -> tuple[Array, Array, Array]:
 
 
 def inside_of(thickness: float, place: Place | None, seen: Depth) -> Array:
-    """Outline of the hole that the loop encloses, shape (n, 2); L*.  At a ``place`` a face of the strip is seen."""
+    """Outline of the hole that the loop encloses, shape (n, 2), 0 without one; L*.  At a ``place`` a face is seen."""
     middle = loop(thickness)[:, 1:]
     away, lower = np.full(len(middle), 0.5 * thickness), 0.5 * thickness
     if place is not None:
@@ -479,4 +495,6 @@ def inside_of(thickness: float, place: Place | None, seen: Depth) -> Array:
         lower += 0.5 * seen.widening * abs(float(foot.foot[1]))
     inner = middle + away[:, None] * normals(middle)
     inner = inner[(inner[:, 1] > lower) & (np.arange(len(inner)) > 10)]
+    if not inner.size:
+        return inner
     return np.concatenate([inner, [[inner[-1, 0], lower], [inner[0, 0], lower]]])

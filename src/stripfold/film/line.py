@@ -42,6 +42,7 @@ STRAIGHT = 1e-3
 """Factor on the worth of what is straight where a strip hangs, as a ruler or the edge of the table."""
 ROUGH_TOLERANCE = 0.7
 """Standard deviation of the logarithm of the width in the score of a section of an unknown strip."""
+PASSES = 6
 HANGING = 3.0, 0.3
 """Least length, in widths, and that deviation for a strip that hangs: its face may be seen, which is wide and has
 another tone than its edge."""
@@ -51,6 +52,8 @@ GAP_SLOPE = 0.03
 """Uncertainty of a hidden section over its distance from the nearest measured one."""
 MIN_SD = 0.01
 """Least uncertainty of a point, pixels."""
+LOCAL = 5
+"""Sections at an end whose contrast is that of the end."""
 HOLDER = 4
 """Least number of sections along what holds a strip's end, about half a width apart."""
 REACH, MIN_REACH = 1.0, 8.0
@@ -213,16 +216,19 @@ def find(
     path, widths = smooth_path(rough)
     contrast = rough.contrast
     # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
-    for reach in (True, True, False):
+    # A wide strip that hangs ends far beyond its skeleton.
+    for reach in (True, True, *(False,) * (PASSES if sag else 1)):
         # Where layers are seen as one the band is wider than anywhere else.
         widths = widths if sag else np.minimum(widths, WIDEST * np.median(widths))
         curve, widths, beyond = _sections(path, widths)
         band = _Band(rounded(widths), beyond, rough.bright, contrast, HANGING[1] if sag else ROUGH_TOLERANCE)
         curve = _located(image, curve, band, source) if reach else curve
-        line = _measured(image, curve, band, points, source, hangs=sag > 0.0)
+        line, before = _measured(image, curve, band, points, source, hangs=sag > 0.0), path
         # Without the corners of the ends.
         path, widths = line.points, median_filter(line.width, max(points // 9, 3))
         contrast = float(line.contrast[0])
+        if not reach and np.abs(before[[0, -1]] - path[[0, -1]]).max() < 1.0:
+            break
     return line if start is None else _starting_at(line, np.asarray(start, dtype=np.float64))
 
 
@@ -327,7 +333,10 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
     away = np.einsum("ij,ij->i", centres - smooth, across)
     sd = _uncertainty(away, weights, good, cutoff, h)
 
-    first, last = -_tip(image, smooth[::-1], band, h), arc_length(smooth)[-1] + _tip(image, smooth, band, h)
+    # What is behind the strip may have another tone at each end.
+    local = edges.contrast[good]
+    first = -_tip(image, smooth[::-1], band.width, band.bright, float(np.median(local[:LOCAL])), h)
+    last = arc_length(smooth)[-1] + _tip(image, smooth, band.width, band.bright, float(np.median(local[-LOCAL:])), h)
     even, s = respaced(smooth, first, last, points)
     arc = arc_length(smooth)
     # What reaches the border wider than the strip is what holds its end; hairs are shorter.
@@ -380,20 +389,20 @@ def _uncertainty(away: Array, weights: Array, good: Mask, cutoff: float, h: floa
     return np.asarray(np.sqrt(sd**2 + MIN_SD**2 + (GAP_SLOPE * hidden * h) ** 2))
 
 
-def _tip(image: Picture, curve: Array, band: _Band, h: float) -> float:
+def _tip(image: Picture, curve: Array, width: float, bright: bool, contrast: float, h: float) -> float:
     """How far beyond the last point of ``curve`` the strip ends, pixels.
 
     The end is where the mean over half of the width falls to half of the contrast, or the picture's border.
     """
     back = round(3.0 * h)
-    t = np.arange(-back, round(_margin(band.width)) + 1, dtype=np.float64)
+    t = np.arange(-back, round(_margin(width)) + 1, dtype=np.float64)
     away = end_direction(curve)
     line = curve[-1] + t[:, None] * away
     across = np.broadcast_to([-away[1], away[0]], line.shape)
-    reach = np.full(len(line), int(0.25 * band.width))
-    values = line_kernels.sampled(image, line, across, reach, band.bright).mean(axis=1)
+    reach = np.full(len(line), int(0.25 * width))
+    values = line_kernels.sampled(image, line, across, reach, bright).mean(axis=1)
     seen = inside(line, image.shape, 0.0)
-    level = float(np.median(values[: max(back // 2, 1)])) - 0.5 * band.contrast
+    level = float(np.median(values[: max(back // 2, 1)])) - 0.5 * contrast
     i = int(np.argmax((values < level) | ~seen))
     if i == 0:
         return 0.0

@@ -8,7 +8,7 @@ table below the left edge of the squares.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import cv2
@@ -26,9 +26,11 @@ FOOT, MARGIN = 0.5, 1.0 / 3.0
 """White below the squares, down to the table, and around them, in squares: a plate is cut out along it."""
 GRIPPERS, SIDE = (40, 41), 0.024
 """Markers for the gripper: numbers in the same dictionary, and side of their black square, m."""
-FOCAL = 0.75
-"""Focal length over the longer side of a picture: of the main cameras of phones.  From where a strip is
-seen follows from it."""
+FOCALS = 0.75, 1.45, 2.1
+"""Focal length over the longer side of a picture: of the main cameras of phones, and of what enlarges twice or thrice.
+From where a strip is seen follows from it."""
+FOCAL_SD, KNOWN_FOCAL_SD = 0.1, 0.015
+"""Standard deviation of a focal length, as a share: of one of these, and by a picture's data."""
 PRINT_SD, PLACE_SD = 0.0015, 0.002
 """Standard deviations of the print's scale, and of the distance of the cloth's edge from the plate's plane, m."""
 SCALE_SD = 0.003
@@ -45,20 +47,21 @@ NEEDED = "the plate in view, flat and sharp (stripfold plate prints it)"
 @dataclass(frozen=True, eq=False)
 class Seen:
     """A plate in a picture: its ``board`` and ``corners``, the ``mapping`` from pixels to it, and how far the corners
-    are off it, pixels.  The lens is taken as one without distortion.
+    are off it, pixels.  The lens is taken as one without distortion; ``focal_sd``: of its focal length, as a share.
     """
 
     board: Board
     corners: Corners
     mapping: Mapping
     rms: float
+    focal_sd: float = 0.0
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """Draw a mapping: the corners with noise of the size of their residuals."""
-        noise = random.normal(0.0, self.rms / np.sqrt(2.0), self.corners.pixels.shape)
-        return Mapping(
-            self.mapping.camera, fit_homography(self.corners.pixels + noise, places(self.board, self.corners))
-        )
+        """Draw a mapping: the corners with noise of the size of their residuals, and a focal length."""
+        pixels = self.corners.pixels + random.normal(0.0, self.rms / np.sqrt(2.0), self.corners.pixels.shape)
+        factor = np.diag([*np.full(2, np.exp(random.normal(0.0, self.focal_sd))), 1.0])
+        camera = replace(self.mapping.camera, matrix=self.mapping.camera.matrix @ factor)
+        return Mapping(camera, _homography(camera, pixels, places(self.board, self.corners)))
 
 
 def places(board: Board, corners: Corners) -> Array:
@@ -69,31 +72,47 @@ def places(board: Board, corners: Corners) -> Array:
 
 
 def find(
-    image: Picture, source: str = "picture", focal: float | None = None, boards: Sequence[Board] = (CARD, LONG)
+    image: Picture,
+    source: str = "picture",
+    focal: float = FOCALS[0],
+    focal_sd: float = 0.0,
+    boards: Sequence[Board] = (CARD, LONG),
 ) -> Seen:
     """Find the first of some plates in grey values, shape (h, w); TrackingError: none is seen, or no plane.
 
-    ``focal``: length over the longer side, where it is known.
+    ``focal``: length over the longer side, and its standard deviation as a share.
     """
     for board in boards:
         corners = detect(image, board)
         if corners is not None:
-            return _seen(image, source, FOCAL if focal is None else focal, board, corners)
+            return _seen(image, source, focal, focal_sd, board, corners)
     raise TrackingError(source, "no plate", NEEDED, "come closer, or use more light; without a plate give the scale")
 
 
-def _seen(image: Picture, source: str, focal: float, board: Board, corners: Corners) -> Seen:
+def _seen(image: Picture, source: str, focal: float, focal_sd: float, board: Board, corners: Corners) -> Seen:
+    on_plate = places(board, corners)
     try:
-        homography = fit_homography(corners.pixels, places(board, corners))
+        off = rms(transform(np.linalg.inv(fit_homography(corners.pixels, on_plate)), on_plate) - corners.pixels)
     except CalibrationError as error:
         raise TrackingError(source, error.found, NEEDED) from error
-    off = rms(transform(np.linalg.inv(homography), places(board, corners)) - corners.pixels)
     longer = max(image.shape)
     if off > MAX_RMS * longer:
         raise TrackingError(source, f"a plate whose corners are {off:.1f} px off a plane", NEEDED, "glue it on a board")
     length, (height, width) = focal * longer, image.shape
     matrix = np.array([[length, 0.0, 0.5 * (width - 1)], [0.0, length, 0.5 * (height - 1)], [0.0, 0.0, 1.0]])
-    return Seen(board, corners, Mapping(Camera(matrix, np.zeros(5), (width, height)), homography), off)
+    camera = Camera(matrix, np.zeros(5), (width, height))
+    mapping = Mapping(camera, _homography(camera, corners.pixels, on_plate))
+    off = rms(mapping.to_pixels(on_plate) - corners.pixels)
+    return Seen(board, corners, mapping, off, focal_sd)
+
+
+def _homography(camera: Camera, pixels: Array, on_plate: Array) -> Array:
+    """From pixels to a plate by the camera's pose, which errs less beside a small plate than a free homography."""
+    points = np.column_stack([on_plate, np.zeros(len(on_plate))])
+    _, rotation, shift = cv2.solvePnP(points, pixels, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE)
+    rotation, shift = cv2.solvePnPRefineLM(points, pixels, camera.matrix, None, rotation, shift)
+    axes = cv2.Rodrigues(rotation)[0]
+    return np.asarray(np.linalg.inv(camera.matrix @ np.column_stack([axes[:, :2], shift])), dtype=np.float64)
 
 
 class Rectified(NamedTuple):

@@ -14,6 +14,7 @@ GRAM_FORCE = 9.80665e-3
 """N; the unit of Kawabata's bending test."""
 KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
 """1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
+BY_PLATE = "beside the plate it is measured"
 PLAUSIBLE = {
     "scale": (1e-7, 1e-2, "mm", 1e-3),
     "fold_height": (2e-3, 0.3, "", 0.0),
@@ -94,7 +95,7 @@ class EtaRequest(Input):
 
     width: Annotated[
         Number | None,
-        quantity("width of the strip beside the plate: the middle of the band seen lies behind it", "m", gt=0, le=1.0),
+        quantity("width of the strip beside the plate: says how much of its face is seen", "m", gt=0, le=1.0),
     ] = None
     loop: Annotated[
         Literal["heart", "pear"] | None,
@@ -140,8 +141,9 @@ class EtaRequest(Input):
             raise InvalidInputError(
                 "width", self.width, "this only together with the image of a plate, without a scale"
             )
-        if self.width is not None and self.depth is not None:
-            raise InvalidInputError("depth", self.depth, "either this or the width")
+        for key in ("tilt", "depth"):
+            if getattr(self, key) is not None and self.scale is None:
+                raise InvalidInputError(key, getattr(self, key), "this only together with a scale", BY_PLATE)
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         for key, (low, high, other, factor) in PLAUSIBLE.items():
