@@ -216,6 +216,17 @@ def test_what_cannot_be_used_is_refused(tmp_path: Path):
             sf.eta_b(image=saved(picture, tmp_path), method="fold", **given)
 
 
+def test_what_is_in_a_picture_is_found(tmp_path: Path):
+    seen = camera(3.0, 2.0, 0.0, (-0.02, 0.05))
+    for curve, method in ((folded(), "fold"), (hanging(), "cantilever")):
+        file = saved(photograph(seen, curve, 0.01, 0.04), tmp_path)
+        found, told = (sf.eta_b(image=file, width=0.01, **given) for given in ({}, {"method": method}))
+        assert found.to_dict() == told.to_dict()
+    empty = photograph(seen, np.array([[0.5, 0.0], [0.6, 0.0]]), 0.01, 0.04)
+    with pytest.raises(TrackingError, match=r"neither a fold \(.*nor a strip that hangs \("):
+        sf.eta_b(image=saved(empty, tmp_path), width=0.01)
+
+
 def test_a_ruler_is_a_scale(tmp_path: Path):
     picture = photograph(camera(0.0, 0.0, 0.0, (-0.02, 0.03)), folded(), 0.002, 0.2)
     file = saved(picture, tmp_path)

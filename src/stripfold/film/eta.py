@@ -105,23 +105,12 @@ class EtaB(Result):
     @classmethod
     def of(cls, asked: EtaRequest) -> EtaB:
         """Measure it; InvalidInputError: no picture or no eta_b of a strip; TrackingError: no strip in the picture."""
-        if asked.image is None or asked.method is None:
-            found = _of_numbers(asked)
-        else:
-            require("vision")
-            from stripfold.film.pictures import focal_of, read_grey
-
-            view = asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True)
-            name, image = Path(asked.image).name, read_grey(asked.image)
-            if asked.scale is None:
-                focal = focal_of(asked.image)
-                found = from_plate(image, asked.method, name, asked.slope, width=asked.width, focal=focal, **view)
-            else:
-                found = from_image(image, asked.scale, asked.method, name, asked.slope, View(**view))
+        found = _of_numbers(asked) if asked.image is None else _of_picture(asked, asked.image)
         if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
-            key = next(key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None)
+            key = next((key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None), "image")
             allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
-            raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
+            advice = "is the plate printed at 100 %?" if key == "image" else "are the units as asked?"
+            raise InvalidInputError(key, getattr(asked, key), allowed, advice)
         return found
 
     @property
@@ -172,6 +161,29 @@ class EtaB(Result):
         from stripfold.film import eta_figure
 
         return eta_figure.draw(self)
+
+
+def _of_picture(asked: EtaRequest, file: str) -> EtaB:
+    """eta_b by a picture: of the fold in it or else of the strip that hangs, where that is not given."""
+    require("vision")
+    from stripfold.film.pictures import focal_of, read_grey
+
+    view = asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True)
+    name, image = Path(file).name, read_grey(file)
+    failures = []
+    for method in ("fold", "cantilever") if asked.method is None else (asked.method,):
+        try:
+            if asked.scale is not None:
+                return from_image(image, asked.scale, method, name, asked.slope, View(**view))
+            focal = focal_of(file)
+            return from_plate(image, method, name, asked.slope, width=asked.width, focal=focal, **view)
+        except TrackingError as error:
+            failures.append(error)
+    if len(failures) == 1 or failures[0].found == failures[1].found:
+        raise failures[0]
+    fold, hangs = failures
+    found = f"neither a fold ({fold.found}) nor a strip that hangs ({hangs.found})"
+    raise TrackingError(name, found, "one of them", "say which with method, and what is wrong with it is said alone")
 
 
 def from_image(
@@ -387,7 +399,7 @@ def eta_b(
         "x1,y1,x2,y2,length": two marks of a ruler in it, pixels, and their distance, m; without either it shows the
         plate, by which it is seen straight; and
     method
-        "fold" or "cantilever".
+        "fold" or "cantilever", a strip that hangs; what is found in the picture if left out.
     slope
         Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
     tilt, roll, depth

@@ -55,7 +55,8 @@ class EtaRequest(Input):
         Field(description="x1,y1,x2,y2,length: two marks of a ruler in the picture, pixels, and their distance, m"),
     ] = None
     method: Annotated[
-        Literal["fold", "cantilever"] | None, Field(description="content of the picture: a folded or a hanging strip")
+        Literal["fold", "cantilever"] | None,
+        Field(description="content of the picture: a folded or a hanging strip; what is found in it if left out"),
     ] = None
     slope: Annotated[
         Number | None,
@@ -129,7 +130,7 @@ class EtaRequest(Input):
             value, needed = getattr(self, key), getattr(self, source) is not None
             if value is not None and not needed:
                 raise InvalidInputError("ruler" if self.ruler else key, value, f"this only together with {source}")
-            if value is None and needed and key != "scale":
+            if value is None and needed and source == "loop":
                 raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
         if self.length is not None and self.height is not None and self.height >= self.length:
             allowed = f"less than the length, {self.length:g} m"
