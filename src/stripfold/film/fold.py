@@ -211,7 +211,7 @@ def measure(image: Picture, source: str = "picture", depth: Depth | None = None)
         edges = edges_at(image, expected + offset[:, None] * across, across, rounded(widths), bright)
         band = widths * (float(np.median((edges.width / widths)[edges.found])) if edges.found.any() else 1.0)
         contrast = np.median(edges.contrast)
-        good = edges.found & (np.abs(edges.width / band - 1.0) < 0.5) & (edges.contrast > 0.4 * contrast)
+        good = edges.found & (np.abs(edges.width - band) < 0.5 * band) & (edges.contrast > 0.4 * contrast)
         if good.mean() < (MIN_FOUND if iteration >= LOCATED else 0.5):
             found = f"edges of a strip on {good.mean():.0%} of the outline of a fold's loop"
             raise TrackingError(source, found, f"{MIN_FOUND:.0%} or more of them", ADVICE)
