@@ -183,7 +183,7 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
     motion, length = second.move(f), second.LENGTH * unit
     truth = second.truth(motion, f["height"] * unit)
     rate = float(random.choice(RATES))
-    # Into the world of a wider picture: the table is at z = 0, and the picture's middle at the origin.
+    # Into the world of a wider picture, whose middle is the origin.
     middle = np.array([0.16 - 0.5 * length, 0.1])
     shift = np.array(second.TARGET) - middle
     nodes = motion.nodes + shift
@@ -215,7 +215,9 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
         "offset": second.OFFSET,
     }
     shape = {name: f[name] for name in names}
-    look = Look(strip, desk, wall, (f["lamp"], -0.6, 0.75), thickness=1.2e-3, **shape, **marker)
+    look = Look(
+        strip, desk, wall, (f["lamp"], -0.6, 0.75), thickness=1.2e-3, ground=-float(middle[1]), **shape, **marker
+    )
     studio = Studio(camera, look, random)
     board = plate.LONG
     pixels = (board.columns * 60, board.rows * 60)

@@ -151,7 +151,7 @@ class Look:
 
     ``lamp`` points to the lamp; the strip's front edge recedes by ``recede`` and its width shrinks by ``narrowing`` (a
     share) from the gripper to the held end, and it is twisted by up to ``twist``, rad; ``hairs`` stick out of its edge.
-    ``solid``: all of it is as thick as the edge in front.
+    ``solid``: all of it is as thick as the edge in front.  ``ground``: z of the table.
     """
 
     strip: float
@@ -170,6 +170,7 @@ class Look:
     marker_size: float
     offset: tuple[float, float]
     solid: bool = False
+    ground: float = 0.0
 
 
 class Studio:
@@ -190,7 +191,8 @@ class Studio:
     def _scenery(self) -> tuple[Canvas, Canvas]:
         """The empty picture as a pinhole sees it, and where it shows the table (255)."""
         rays, place, look = self.camera.ideal_rays(), self.camera.place, self.look
-        to_table, to_wall = -place[2] / np.minimum(rays[..., 2], -1e-9), (WALL - place[1]) / rays[..., 1]
+        to_table = (look.ground - place[2]) / np.minimum(rays[..., 2], -1e-9)
+        to_wall = (WALL - place[1]) / rays[..., 1]
         table = to_table < to_wall
         spot = place + rays * np.where(table, to_table, to_wall)[..., None]
         # A table with a grain along x, a wall with soft blotches; textures of 1 mm and of 4 cm.
@@ -285,11 +287,12 @@ class Studio:
 
     def _behind(self, canvas: Canvas, near: Array, far: Array, depth: float, tone: float) -> None:
         """A backdrop that stands on the table, with the shadow that the strip casts on it."""
-        corners = np.array([[-2.0, 1.0], [2.0, 1.0], [2.0, 0.0], [-2.0, 0.0]])
+        low = self.look.ground
+        corners = np.array([[-2.0, low + 1.0], [2.0, low + 1.0], [2.0, low], [-2.0, low]])
         light = FULL * tone * self._lit(np.array([0.0, -1.0, 0.0]))
         polygons(canvas, self.camera.on_canvas(_at(corners, depth))[None], np.array([light]))
         cast = [line + (depth - line[:, 1:2]) / self._lamp[1] * self._lamp for line in (near, far)]
-        above = np.minimum(cast[0][:-1, 2], cast[1][1:, 2]) > 0.0
+        above = np.minimum(cast[0][:-1, 2], cast[1][1:, 2]) > low
         dark = np.full(len(near) - 1, light * (1.0 - self.look.shadow))
         polygons(canvas, self._pieces(*cast)[above], dark)
 
@@ -315,7 +318,7 @@ class Studio:
     def _shadow(self, near: Array, far: Array) -> Canvas:
         """The light on the table under the strip between two lines of the world, 255 being full."""
         shade = np.full_like(self._scenery[0], 255)
-        cast = [line - line[:, 2:] / self._lamp[2] * self._lamp for line in (near, far)]
+        cast = [line - (line[:, 2:] - self.look.ground) / self._lamp[2] * self._lamp for line in (near, far)]
         dark = np.full(len(near) - 1, 255.0 * (1.0 - self.look.shadow))
         polygons(shade, self._pieces(*cast) / FINE, dark)
         return np.asarray(cv2.GaussianBlur(shade, (0, 0), 1.5), dtype=np.uint8)

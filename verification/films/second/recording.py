@@ -102,7 +102,7 @@ class Design:
         strip, table, wall = (0.12, 0.6, 0.75) if f["dark"] else (0.8, 0.25, 0.18)
         names = ("sheen", "shadow", "width", "recede", "narrowing", "twist", "hairs")
         shape = {name: f[name] for name in names}
-        look = Look(strip=strip, table=table, wall=wall, lamp=lamp, thickness=1.2e-3, **shape, **_marker())
+        look = Look(strip, table, wall, lamp, thickness=1.2e-3, ground=-TARGET[1], **shape, **_marker())
         stamps = _film(folder / f["file"], Studio(camera, look, rng), motion, f, rng)
         if f["file"] == "frames":
             lines = [f"{i},{t:.6f}" for i, t in enumerate(stamps)]
