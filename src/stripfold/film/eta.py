@@ -216,21 +216,21 @@ def from_plate(
 
     ``roll``: largest angle of the plate's foot to the horizontal, degrees.  ``width`` of the strip, m, and ``focal``,
     length of the camera over the picture's longer side, say how far its far edge is behind the near one, beside what
-    its band says; without a ``focal`` the one of phones is taken that fits best.  Raises TrackingError: no plate, a
-    camera that looks from far aside, or no strip as the method needs.
+    its band says; without a ``focal`` that of a phone is taken, the first with which there is a strip.
+
+    Raises TrackingError: no plate, a camera that looks from far aside, or no strip as the method needs.
     """
     from stripfold.film import plate
 
-    found: list[EtaB] = []
+    failure = None
     for tried in plate.FOCALS if focal is None else (focal,):
         seen = plate.find(image, source, tried, plate.KNOWN_FOCAL_SD if focal else plate.FOCAL_SD)
         try:
-            found.append(_beside(image, seen, method, source, slope, roll, width, known=focal is not None))
+            return _beside(image, seen, method, source, slope, roll, width, known=focal is not None)
         except TrackingError as error:
-            failure = error
-    if not found:
-        raise failure
-    return min(found, key=lambda one: one.residual)
+            failure = failure or error
+    assert failure is not None
+    raise failure
 
 
 def _beside(

@@ -50,6 +50,6 @@ WIDTH_SD = 4.0
 TILT_ERROR = {"fold": 0.008, "cantilever": 0.025}
 """Largest relative error of eta_b by a degree of the camera's tilt, in 95 % of drawn strips up to 2.5 L* wide; of a
 hanging strip the far edge of the free end is seen beyond the near one."""
-FACE_SD = {"fold": 0.12, "cantilever": 0.47}
+FACE_SD = {"fold": 0.14, "cantilever": 0.47}
 """Standard deviation of eta_b's error, as a share, over that of a strip's depth (:class:`.fold.Depth`), where it is in
-the fit: by wrinkles, hairs, and where the two edges hide each other; of 240 photographs of the study, seeds 1 and 2."""
+the fit: by wrinkles, hairs, and where the two edges hide each other; of 440 photographs of the study, seeds 1 to 3."""

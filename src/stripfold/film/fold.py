@@ -38,8 +38,8 @@ MIN_HOLE = 100
 """Least area of a hole, pixels."""
 MAX_MISFIT = 0.02
 """Largest root mean square of the residuals, L*."""
-MIN_FOUND = 0.85
-"""Least share of the sections on which the strip is found."""
+MIN_FOUND = 0.85, 0.75
+"""Least share of the sections on which the strip is found: edge-on, and where its face may be seen."""
 FINE = 100.0
 """Pixels of one L* in which the loop's own inside is drawn."""
 ITERATIONS, LOCATED = 10, 3
@@ -184,7 +184,7 @@ def measure(image: Picture, source: str = "picture", depth: Depth | None = None)
     TrackingError: no strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
     """
     place, width, bright, faint, seen = _initial(image, source, depth)
-    thickness, blur = width / place.unit, FIRST_BLUR
+    thickness, blur, least = width / place.unit, FIRST_BLUR, MIN_FOUND[depth is not None]
     for iteration in range(ITERATIONS):
         if not width / place.unit <= MAX_THICKNESS:
             found = f"a band whose width is {width / place.unit:.2f} of the loop's L*"
@@ -212,9 +212,9 @@ def measure(image: Picture, source: str = "picture", depth: Depth | None = None)
         band = widths * (float(np.median((edges.width / widths)[edges.found])) if edges.found.any() else 1.0)
         contrast = np.median(edges.contrast)
         good = edges.found & (np.abs(edges.width - band) < 0.5 * band) & (edges.contrast > 0.4 * contrast)
-        if good.mean() < (MIN_FOUND if iteration >= LOCATED else 0.5):
+        if good.mean() < (least if iteration >= LOCATED else 0.5):
             found = f"edges of a strip on {good.mean():.0%} of the outline of a fold's loop"
-            raise TrackingError(source, found, f"{MIN_FOUND:.0%} or more of them", ADVICE)
+            raise TrackingError(source, found, f"{least:.0%} or more of them", ADVICE)
         # Blur moves both edges of a bend towards its inside, by half of its variance times the curvature.
         blur = float(np.median((edges.noise * edges.contrast)[good]) / np.sqrt(np.pi))
         bend = _curvature(points)

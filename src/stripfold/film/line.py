@@ -52,8 +52,6 @@ GAP_SLOPE = 0.03
 """Uncertainty of a hidden section over its distance from the nearest measured one."""
 MIN_SD = 0.01
 """Least uncertainty of a point, pixels."""
-LOCAL = 5
-"""Sections at an end whose contrast is that of the end."""
 HOLDER = 4
 """Least number of sections along what holds a strip's end, about half a width apart."""
 REACH, MIN_REACH = 1.0, 8.0
@@ -333,10 +331,8 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
     away = np.einsum("ij,ij->i", centres - smooth, across)
     sd = _uncertainty(away, weights, good, cutoff, h)
 
-    # What is behind the strip may have another tone at each end.
-    local = edges.contrast[good]
-    first = -_tip(image, smooth[::-1], band.width, band.bright, float(np.median(local[:LOCAL])), h)
-    last = arc_length(smooth)[-1] + _tip(image, smooth, band.width, band.bright, float(np.median(local[-LOCAL:])), h)
+    first = -_tip(image, smooth[::-1], band, h, hangs)
+    last = arc_length(smooth)[-1] + _tip(image, smooth, band, h, hangs)
     even, s = respaced(smooth, first, last, points)
     arc = arc_length(smooth)
     # What reaches the border wider than the strip is what holds its end; hairs are shorter.
@@ -389,18 +385,23 @@ def _uncertainty(away: Array, weights: Array, good: Mask, cutoff: float, h: floa
     return np.asarray(np.sqrt(sd**2 + MIN_SD**2 + (GAP_SLOPE * hidden * h) ** 2))
 
 
-def _tip(image: Picture, curve: Array, width: float, bright: bool, contrast: float, h: float) -> float:
+def _tip(image: Picture, curve: Array, band: _Band, h: float, hangs: bool) -> float:
     """How far beyond the last point of ``curve`` the strip ends, pixels.
 
-    The end is where the mean over half of the width falls to half of the contrast, or the picture's border.
+    The end is where the mean over half of the width falls to half of the contrast, or the picture's border.  Behind the
+    end of what ``hangs`` the background may have another tone: its contrast is that of the largest step.
     """
     back = round(3.0 * h)
-    t = np.arange(-back, round(_margin(width)) + 1, dtype=np.float64)
+    t = np.arange(-back, round(_margin(band.width)) + 1, dtype=np.float64)
     away = end_direction(curve)
     line = curve[-1] + t[:, None] * away
     across = np.broadcast_to([-away[1], away[0]], line.shape)
-    reach = np.full(len(line), int(0.25 * width))
-    values = line_kernels.sampled(image, line, across, reach, bright).mean(axis=1)
+    reach = np.full(len(line), int(0.25 * band.width))
+    values = line_kernels.sampled(image, line, across, reach, band.bright).mean(axis=1)
+    contrast, size = band.contrast, max(round(0.5 * band.width), 3)
+    if hangs and len(values) > 2 * size:
+        means = np.convolve(values, np.full(size, 1.0 / size), "valid")
+        contrast = float((means[:-size] - means[size:]).max())
     seen = inside(line, image.shape, 0.0)
     level = float(np.median(values[: max(back // 2, 1)])) - 0.5 * contrast
     i = int(np.argmax((values < level) | ~seen))
