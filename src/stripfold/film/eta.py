@@ -46,7 +46,7 @@ PLATE_ROLL = 0.3
 """The same of the vertical by the plate, degrees: it stands on the table."""
 MAX_TILT = 30.0
 """Largest angle, degrees, from which a strip beside the plate may be seen."""
-USUAL_DEPTH = 0.07, 0.06
+USUAL_DEPTH = 0.1, 0.07
 """Width of a strip over the distance of its far edge's plane from the camera, and its standard deviation, where no
 width is given: the band's own width says more where a face is seen."""
 USUAL_THICKNESS = 1e-3, 1e-3

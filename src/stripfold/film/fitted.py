@@ -45,11 +45,11 @@ makes the intervals of drawn folds hold 95 % of the truths."""
 THICKNESS_SD = 1.0, 0.3
 """Uncertainty of a fold's thickness by the band's width: blur widens it, cloth gives way where it lies on itself;
 pixels, and as a share."""
-WIDTH_SD = 4.0
+WIDTH_SD = 7.0
 """Standard deviation of a band's width on each section, pixels: wrinkles are in many of them."""
 TILT_ERROR = {"fold": 0.008, "cantilever": 0.025}
 """Largest relative error of eta_b by a degree of the camera's tilt, in 95 % of drawn strips up to 2.5 L* wide; of a
 hanging strip the far edge of the free end is seen beyond the near one."""
-FACE_SD = {"fold": 0.14, "cantilever": 0.47}
+FACE_SD = {"fold": 0.14, "cantilever": 0.5}
 """Standard deviation of eta_b's error, as a share, over that of a strip's depth (:class:`.fold.Depth`), where it is in
-the fit: by wrinkles, hairs, and where the two edges hide each other; of 440 photographs of the study, seeds 1 to 3."""
+the fit: by wrinkles, hairs, and where the two edges hide each other; of 640 photographs of the study."""
