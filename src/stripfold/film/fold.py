@@ -208,7 +208,7 @@ def measure(image: Picture, source: str = "picture", depth: Depth | None = None)
             # The hole's outline is off by its roughness, and a thin band has to lie in the middle of its sections.
             reach = max(width, 6.0, 0.06 * place.unit)
             offset = locate(image, expected, across, rounded(widths), reach, bright, 3)
-        edges = edges_at(image, expected + offset[:, None] * across, across, rounded(widths), bright)
+        edges = edges_at(image, expected + offset[:, None] * across, across, widths, bright)
         band = widths * (float(np.median((edges.width / widths)[edges.found])) if edges.found.any() else 1.0)
         contrast = np.median(edges.contrast)
         good = edges.found & (np.abs(edges.width - band) < 0.5 * band) & (edges.contrast > 0.4 * contrast)
