@@ -25,7 +25,7 @@ from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.base.material import GRAVITY
 from stripfold.files.reporting import Rows, metres
-from stripfold.film.fitted import WIDTH_SD
+from stripfold.film.fitted import LAW_SD, WIDTH_SD
 from stripfold.film.fold import Depth, ShapeFit, correlation_length
 from stripfold.film.line import Centreline, find
 from stripfold.film.line_kernels import arc_length, normals, tangents
@@ -166,6 +166,10 @@ def measure(image: Picture, source: str, slope: float | None, roll: float, depth
     shape, power = (
         fit(line.points, line.sd, tip_sd, roll, linear=linear, slope=slope, source=source) for linear in (True, False)
     )
+    if depth is not None:
+        n = power.exponent
+        below, above = (float(np.hypot(np.log(end / n), 1.96 * LAW_SD * depth.share)) for end in power.exponents)
+        power = replace(power, exponents=(n * float(np.exp(-below)), n * float(np.exp(above))))
     return replace(shape, line=line, power=power, depth=depth)
 
 
