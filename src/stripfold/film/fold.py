@@ -53,7 +53,7 @@ MAX_HIDDEN = 0.6
 MAX_WIDENING = 0.3
 """Largest distance of both edges over that of the middle from the camera's foot: strips of a third of its distance."""
 WIDENINGS = 0.0, 0.05, 0.1, 0.15, 0.2
-"""Those that are tried before the band is measured."""
+"""Those that are tried for the hole, before the band is measured."""
 ROOM = 0.4
 """How far around the loop other things are looked for, L*."""
 MAX_BESIDE = 0.1
@@ -62,7 +62,7 @@ NEEDED = "a strip folded in half that lies on a table, seen from the side, with 
 ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Depth:
     """What is known of how far a strip reaches behind the plane of its near edge.
 
@@ -180,8 +180,8 @@ class Fold(ShapeFit):
 def measure(image: Picture, source: str = "picture", depth: Depth | None = None) -> Fold:
     """Fit the loop of a folded strip in an upright picture, grey values of shape (h, w).
 
-    ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises
-    TrackingError: no strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
+    ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises TrackingError: no strip, no
+    loop, one that the picture cuts, or one that has not the shape of a fold.
     """
     place, width, bright, faint, seen = _initial(image, source, depth)
     thickness, blur, least = width / place.unit, FIRST_BLUR, MIN_FOUND[depth is not None]
@@ -340,15 +340,14 @@ def _matching(
     highest = int(hole.argmax(axis=0).argmin())
     above = mask[: top + int(hole[:, highest].argmax()), left + highest][::-1]
     band = float(np.argmin(np.append(above, 0)))
-    thickness: float = 0.05
-    place: Place | None = None
+    thickness, place = 0.05, None
     for _ in range(8):
-        outline = FINE * inside_of(thickness, place, seen)
-        if not outline.size:
+        within = FINE * inside_of(thickness, place, seen)
+        if not within.size:
             return None
-        corner = outline.min(axis=0)
-        shape = np.zeros(np.ceil(np.ptp(outline, axis=0)).astype(int)[::-1] + 2, np.uint8)
-        cv2.fillPoly(shape, [np.rint(outline - corner).astype(np.int32)], 1)
+        corner = within.min(axis=0)
+        shape = np.zeros(np.ceil(np.ptp(within, axis=0)).astype(int)[::-1] + 2, np.uint8)
+        cv2.fillPoly(shape, [np.rint(within - corner).astype(np.int32)], 1)
         its_area, its_centre, its_angle, its_skewness = _moments(shape > 0)
         unit = FINE * float(np.sqrt(area / its_area))
         side = 1.0 if skewness * its_skewness > 0.0 else -1.0
@@ -364,12 +363,12 @@ def _matching(
 
 def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask, seen: Depth) -> float:
     """Intersection over union of a hole and that of a loop."""
-    inside = inside_of(min(width / place.unit, MAX_THICKNESS), place, seen)
-    outline = place.of(inside) - [where[1].start, where[0].start]
+    within = inside_of(min(width / place.unit, MAX_THICKNESS), place, seen)
+    corners = place.of(within) - [where[1].start, where[0].start]
     room = int(0.25 * max(hole.shape)) + 1
     grown = np.pad(hole, room)
     other = np.zeros(grown.shape, np.uint8)
-    cv2.fillPoly(other, [np.rint(outline + room).astype(np.int32)], 1)
+    cv2.fillPoly(other, [np.rint(corners + room).astype(np.int32)], 1)
     return float((grown & (other > 0)).sum() / (grown | (other > 0)).sum())
 
 
