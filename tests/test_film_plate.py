@@ -18,8 +18,9 @@ import stripfold as sf
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.errors import InvalidInputError, TrackingError
 from stripfold.cli import main
-from stripfold.film import plate
+from stripfold.film import eta, plate
 from stripfold.film.boards import Board, dictionary
+from stripfold.film.cantilever import Cantilever
 from stripfold.film.fold import Depth
 from stripfold.film.holder import Marker
 from stripfold.film.plate_sheet import PAPERS, Paper, sheet
@@ -170,6 +171,17 @@ def test_a_hanging_strip_beside_the_card(roll: float, tmp_path: Path):
     found = sf.eta_b(image=saved(picture, tmp_path), method="cantilever", width=0.01)
     assert found.eta_b == pytest.approx(ETA_B, rel=0.08)
     assert found.interval[0] < ETA_B < found.interval[1]
+
+
+@pytest.mark.parametrize(("tilt", "yaw", "roll", "x"), [(3.0, -5.0, 3.0, 0.0), (7.0, 2.0, 0.0, 0.06)])
+def test_a_hanging_strip_whose_face_is_seen(tilt: float, yaw: float, roll: float, x: float):
+    """The band begins and ends slanted, and where it bends its middle is that of neither edge."""
+    picture = photograph(camera(tilt, yaw, roll, (x, 0.06)), hanging(), 0.1, 0.03)
+    found = eta.from_plate(picture, "cantilever", width=0.1, focal=FOCAL)
+    assert found.eta_b == pytest.approx(ETA_B, rel=0.06)
+    assert found.interval[0] < ETA_B < found.interval[1]
+    assert isinstance(found.fit, Cantilever)
+    assert found.fit.linear
 
 
 @pytest.mark.parametrize("width", [0.005, 0.03, 0.06])
