@@ -138,18 +138,19 @@ def measure(image: Picture, source: str, slope: float | None, roll: float, depth
     ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises TrackingError: no strip that
     hangs, or a shape that hardly depends on eta_b.
     """
-    line = find(image, points=POINTS, source=source, sag=MIN_SAG)
+    face = depth is not None
+    line = find(image, points=POINTS, source=source, sag=MIN_SAG, face=face)
     # The free end hangs below the clamp.
     if line.points[0, 1] > line.points[-1, 1]:
         line = line.reversed()
     if line.open_ends[1]:
         found = "the strip's lower end is cut by the picture's border"
         raise TrackingError(source, found, NEEDED, "show all of the strip that hangs")
-    enclosed = enclosed_share(image, line.points, line.width, line.bright)
+    enclosed = enclosed_share(image, line.points, line.width, line.bright, face)
     if enclosed > MAX_ENCLOSED:
         found = f"a closed outline: {enclosed:.0%} of the line divide what is enclosed from what is not"
         raise TrackingError(source, found, NEEDED, "let nothing touch the free end, nor the strip itself")
-    _, nearest, beside = piece_along(image, line.points, line.width, line.bright)
+    _, nearest, beside = piece_along(image, line.points, line.width, line.bright, face=face)
     beside = beside[nearest > CLAMP * POINTS]
     if beside.mean() > MAX_BESIDE:
         raise second_edge(float(beside.sum() / (~beside).sum()), source, NEEDED)

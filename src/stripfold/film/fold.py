@@ -236,7 +236,7 @@ def measure(image: Picture, source: str = "picture", depth: Depth | None = None)
         found = f"the best loop of a folded strip is {misfit:.1%} of L* off"
         raise TrackingError(source, found, f"{MAX_MISFIT:.0%} or less; {NEEDED}", "is it folded without a crease?")
     curve = outline(thickness)
-    beside = _beside(image, bright, faint, place, points, widths)
+    beside = _beside(image, bright, faint, depth is not None, place, points, widths)
     if beside > MAX_BESIDE:
         raise second_edge(beside, source, NEEDED)
     top = curve[np.argmax(curve[:, 1])]
@@ -293,7 +293,7 @@ def _initial(image: Picture, source: str, depth: Depth | None) -> tuple[Place, f
     for faint, bright in ((False, True), (False, False), (True, True), (True, False)):
         if faint and most >= MIN_OVERLAP:
             break
-        mask = closed(foreground(small, bright, faint)[0])
+        mask = closed(foreground(small, bright, faint, depth is not None)[0])
         for hole in regionprops(clear_border(label(mask == 0, connectivity=1))):
             if hole.area < MIN_HOLE:
                 continue
@@ -316,12 +316,12 @@ def _initial(image: Picture, source: str, depth: Depth | None) -> tuple[Place, f
     return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright, faint, seen
 
 
-def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Array, widths: Array) -> float:
+def _beside(image: Picture, bright: bool, faint: bool, face: bool, place: Place, points: Array, widths: Array) -> float:
     """Area, relative to the strip's, of what is connected with it around its loop but not a part of it.
 
     ``points``: the middle of the band, shape (n, 2), and its ``widths``; pixels.
     """
-    band, _, beside = piece_along(image, points, widths, bright, faint)
+    band, _, beside = piece_along(image, points, widths, bright, faint, face)
     here, there = place.back(points), place.back(band)
     low, high = [here[:, 0].min(), 0.0], here.max(axis=0) + ROOM
     beside = beside[((there > low) & (there < high)).all(axis=1)]

@@ -42,10 +42,8 @@ STRAIGHT = 1e-3
 """Factor on the worth of what is straight where a strip hangs, as a ruler or the edge of the table."""
 ROUGH_TOLERANCE = 0.7
 """Standard deviation of the logarithm of the width in the score of a section of an unknown strip."""
-PASSES = 6
-HANGING = 3.0, 0.3
-"""Least length, in widths, and that deviation for a strip that hangs: its face may be seen, which is wide and has
-another tone than its edge."""
+PASSES, FACE_TOLERANCE = 6, 0.3
+"""Most passes with, and that deviation for, a strip whose face may be seen, wide and of another tone than its edge."""
 ROUGH_GAP_WEIGHT = 0.003
 """Weight of the expected place of a hidden section, relative to a measured one, of an unknown strip."""
 GAP_SLOPE = 0.03
@@ -201,27 +199,28 @@ def find(
     points: int = 80,
     source: str = "picture",
     sag: float = 0.0,
+    face: bool = False,
 ) -> Centreline:
     """Find the longest and clearest strip in a picture, grey values of shape (h, w), in so many ``points``.
 
-    ``sag``: least one of a strip that hangs, over its length: what is straighter is found only where nothing else is,
-    and as a strip that hangs has no layers, all of its width is its own.
+    ``sag``: least one of a strip that hangs, over its length: what is straighter is found only where nothing else is.
+    ``face``: whether the face of one that hangs may be seen, which has no layers: all of its width is its own.
     ``start`` is the pixel of the gripper's end: the line leads away from it, to the side on which more of the strip
     is; without it from the end further left.  Raises TrackingError, which names the ``source``: no strip.
     """
     image = np.ascontiguousarray(image)
-    rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source, sag)
+    rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source, sag, face)
     path, widths = smooth_path(rough)
     contrast = rough.contrast
     # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
     # A wide strip that hangs ends far beyond its skeleton.
-    for reach in (True, True, *(False,) * (PASSES if sag else 1)):
+    for reach in (True, True, *(False,) * (PASSES if face else 1)):
         # Where layers are seen as one the band is wider than anywhere else.
-        widths = widths if sag else np.minimum(widths, WIDEST * np.median(widths))
+        widths = widths if face else np.minimum(widths, WIDEST * np.median(widths))
         curve, widths, beyond = _sections(path, widths)
-        band = _Band(rounded(widths), beyond, rough.bright, contrast, HANGING[1] if sag else ROUGH_TOLERANCE)
+        band = _Band(rounded(widths), beyond, rough.bright, contrast, FACE_TOLERANCE if face else ROUGH_TOLERANCE)
         curve = _located(image, curve, band, source) if reach else curve
-        line, before = _measured(image, curve, band, points, source, hangs=sag > 0.0), path
+        line, before = _measured(image, curve, band, points, source, face), path
         # Without the corners of the ends.
         path, widths = line.points, median_filter(line.width, max(points // 9, 3))
         contrast = float(line.contrast[0])
@@ -230,9 +229,9 @@ def find(
     return line if start is None else _starting_at(line, np.asarray(start, dtype=np.float64))
 
 
-def _best_candidate(image: Picture, start: Array | None, source: str, sag: float) -> RoughPath:
+def _best_candidate(image: Picture, start: Array | None, source: str, sag: float, face: bool) -> RoughPath:
     best: tuple[float, RoughPath | None] = (0.0, None)
-    for rough in candidates(image, HANGING[0]) if sag else candidates(image):
+    for rough in candidates(image, face):
         worth = 1.0
         if start is not None:
             away = np.hypot(*(rough.points - start).T)
@@ -303,15 +302,15 @@ def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
     return np.asarray(curve + line_kernels.smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across)
 
 
-def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str, hangs: bool) -> Centreline:
-    """Measure, trim the ends, smooth, and space equally; of what ``hangs`` the lower end may be seen slanted."""
+def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str, face: bool) -> Centreline:
+    """Measure, trim the ends, smooth, and space equally; the lower end of a strip whose ``face`` is seen is slanted."""
     h = _spacing(curve)
     cutoff = cutoff_of(band.width, h * len(curve)) / h
     across = normals(curve)
     edges = edges_at(image, curve, across, band.widths, band.bright)
     score = np.where(inside(curve, image.shape, 0.0), band.score(edges), 0.0)
     good = score >= GOOD
-    if hangs:
+    if face:
         _without_slant(edges.width, good, h, last=bool(curve[-1, 1] > curve[0, 1]))
     pairs = np.flatnonzero(good[1:] & good[:-1])
     if pairs.size == 0:
@@ -331,8 +330,8 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
     away = np.einsum("ij,ij->i", centres - smooth, across)
     sd = _uncertainty(away, weights, good, cutoff, h)
 
-    first = -_tip(image, smooth[::-1], band, h, hangs)
-    last = arc_length(smooth)[-1] + _tip(image, smooth, band, h, hangs)
+    first = -_tip(image, smooth[::-1], band, h, face)
+    last = arc_length(smooth)[-1] + _tip(image, smooth, band, h, face)
     even, s = respaced(smooth, first, last, points)
     arc = arc_length(smooth)
     # What reaches the border wider than the strip is what holds its end; hairs are shorter.
@@ -385,11 +384,11 @@ def _uncertainty(away: Array, weights: Array, good: Mask, cutoff: float, h: floa
     return np.asarray(np.sqrt(sd**2 + MIN_SD**2 + (GAP_SLOPE * hidden * h) ** 2))
 
 
-def _tip(image: Picture, curve: Array, band: _Band, h: float, hangs: bool) -> float:
+def _tip(image: Picture, curve: Array, band: _Band, h: float, face: bool) -> float:
     """How far beyond the last point of ``curve`` the strip ends, pixels.
 
-    The end is where the mean over half of the width falls to half of the contrast, or the picture's border.  Behind the
-    end of what ``hangs`` the background may have another tone: its contrast is that of the largest step.
+    The end is where the mean over half of the width falls to half of the contrast, or the picture's border.  Behind a
+    strip whose ``face`` is seen the background may have another tone at its end: the contrast is of the largest step.
     """
     back = round(3.0 * h)
     t = np.arange(-back, round(_margin(band.width)) + 1, dtype=np.float64)
@@ -399,7 +398,7 @@ def _tip(image: Picture, curve: Array, band: _Band, h: float, hangs: bool) -> fl
     reach = np.full(len(line), int(0.25 * band.width))
     values = line_kernels.sampled(image, line, across, reach, band.bright).mean(axis=1)
     contrast, size = band.contrast, max(round(0.5 * band.width), 3)
-    if hangs and len(values) > 2 * size:
+    if face and len(values) > 2 * size:
         means = np.convolve(values, np.full(size, 1.0 / size), "valid")
         contrast = float((means[:-size] - means[size:]).max())
     seen = inside(line, image.shape, 0.0)

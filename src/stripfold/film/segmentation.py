@@ -28,8 +28,11 @@ WORKING_SIZE = 1300
 """Longest side of the picture that is segmented, pixels."""
 MIN_CONTRAST = 12.0
 """Smallest grey-level difference to the background that can be a strip."""
-DIM = {True: 0.3, False: 0.5}
-"""Least difference of a dim pixel over that of a clear one, of a bright strip and of a dark one: shadows are dark."""
+DIM, DIM_FACE = 0.5, 0.3
+"""Least difference of a dim pixel over that of a clear one; and where the face of a bright strip may be seen, which is
+dimmer than its edge.  A dark one's is not: shadows are dark, too."""
+SLENDER_FACE = 3.0
+"""Least length of a strip whose face may be seen, in widths of its band."""
 MIN_SLENDERNESS = 8.0
 """Least length of a strip in a picture, in its widths."""
 LONGEST_CUTOFF = 0.055
@@ -68,14 +71,15 @@ class RoughPath:
         return replace(self, points=self.points[::-1], widths=self.widths[::-1])
 
 
-def candidates(image: Picture, slender: float = MIN_SLENDERNESS) -> Iterator[RoughPath]:
+def candidates(image: Picture, face: bool = False) -> Iterator[RoughPath]:
     """Long thin objects in ``image``, shape (h, w), bright and dark ones, each joined across its gaps.
 
-    ``slender``: least length, in widths.
+    ``face``: whether the face of a strip may be seen.
     """
+    slender = SLENDER_FACE if face else MIN_SLENDERNESS
     small, scale = reduced(image)
     for bright in (True, False):
-        pieces = sorted(_pieces(*foreground(small, bright), bright), key=lambda piece: -piece.length)
+        pieces = sorted(_pieces(*foreground(small, bright, face=face), bright), key=lambda piece: -piece.length)
         while pieces:
             joined, pieces = _joined(pieces)
             if joined.length > slender * joined.width:
@@ -97,10 +101,11 @@ def unreduced(values: Array, scale: Array | float) -> Array:
     return np.asarray((values + 0.5) * scale - 0.5)
 
 
-def foreground(image: Picture, bright: bool, faint: bool = False) -> tuple[Mask, Array]:
+def foreground(image: Picture, bright: bool, faint: bool = False, face: bool = False) -> tuple[Mask, Array]:
     """Where a picture is brighter (or darker) than its surroundings, and by how many grey levels; each (h, w).
 
-    ``faint``: also where it is less so than something else in it, as a strip beside a bright ruler.
+    ``faint``: also where it is less so than something else in it, as a strip beside a bright ruler.  ``face``: whether
+    the face of a strip may be seen.
     """
     smooth = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), dtype=np.uint8)
     difference = np.asarray((smooth - _background(smooth)) * (1.0 if bright else -1.0), dtype=np.float64)
@@ -112,7 +117,8 @@ def foreground(image: Picture, bright: bool, faint: bool = False) -> tuple[Mask,
     high = max(float(threshold_otsu(outstanding)), least)
     if faint and np.ptp(fainter := outstanding[outstanding < high]) > 0.0:
         high = max(float(threshold_otsu(fainter)), least)
-    return np.asarray(apply_hysteresis_threshold(difference, max(DIM[bright] * high, least), high)), difference
+    dim = DIM_FACE if face and bright else DIM
+    return np.asarray(apply_hysteresis_threshold(difference, max(dim * high, least), high)), difference
 
 
 def closed(mask: Mask) -> NDArray[np.uint8]:
@@ -120,13 +126,13 @@ def closed(mask: Mask) -> NDArray[np.uint8]:
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
 
 
-def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -> float:
+def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool, face: bool = False) -> float:
     """Share of a line's points, shape (n, 2), that have different pieces of the background on their two sides.
 
     It is 0 along a strip with a free end, around which both sides are connected, and large along a closed outline.
     """
     small, scale = reduced(image)
-    pieces = label(closed(foreground(small, bright)[0]) == 0, connectivity=1)
+    pieces = label(closed(foreground(small, bright, face=face)[0]) == 0, connectivity=1)
     away = (0.5 * widths + OUTSIDE * scale.mean())[:, None] * normals(points)
     sides = []
     for place in (points - away, points + away):
@@ -138,14 +144,14 @@ def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -
 
 
 def piece_along(
-    image: Picture, points: Array, widths: Array, bright: bool, faint: bool = False
+    image: Picture, points: Array, widths: Array, bright: bool, faint: bool = False, face: bool = False
 ) -> tuple[Array, Index, Mask]:
     """Find what is connected with a line of ``points``, shape (n, 2), in the middle of a band of ``widths``.
 
     Returns the piece's pixels, shape (k, 2); of each the nearest point of the line, and whether it is beside the band.
     """
     small, scale = reduced(image)
-    pieces = label(closed(foreground(small, bright, faint)[0]), connectivity=1)
+    pieces = label(closed(foreground(small, bright, faint, face)[0]), connectivity=1)
     column, row = np.clip(np.rint((points + 0.5) / scale - 0.5).astype(int).T, 0, [[n - 1] for n in pieces.shape[::-1]])
     mine = int(np.bincount(pieces[row, column], minlength=2)[1:].argmax()) + 1
     band = unreduced(np.argwhere(pieces == mine)[:, ::-1].astype(np.float64), scale)
