@@ -23,6 +23,7 @@ import xarray as xr
 from stripfold.base.arrays import Array, Picture
 from stripfold.base.material import GRAVITY
 from stripfold.film import measure, plate
+from stripfold.film.boards import Board
 from stripfold.film.camera_motion import MOVED_BY
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.synthetic.recording import history_of
@@ -49,6 +50,8 @@ SLACK, TICK = 0.25, Fraction(1, 60000)
 """Share of the frames' distance by which those of an uneven film are off; unit of their times, s."""
 DEPTH_SD, PRINT_SD = 0.002, 0.0015
 """Standard deviations of the plate's distance from the plane of the gripper's marker, m, and of the print's scale."""
+SQUARE = 60
+"""Pixels of a square of the plate's print: its white borders are a whole number of them, too."""
 BESIDE = 0.04
 """Distance of the plate from the strip's held end, m."""
 LIFT, DRAW = 1.5, 3.0
@@ -219,13 +222,9 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
         strip, desk, wall, (f["lamp"], -0.6, 0.75), thickness=1.2e-3, ground=-float(middle[1]), **shape, **marker
     )
     studio = Studio(camera, look, random)
-    board = plate.LONG
-    pixels = (board.columns * 60, board.rows * 60)
-    print_of = board.charuco.generateImage(pixels, marginSize=0, borderBits=1)
-    foot, margin = round(60 * plate.FOOT), round(60 * plate.MARGIN)
-    paper = np.pad(print_of, ((margin, foot), (margin, margin)), constant_values=255)
-    low = np.array([BESIDE - plate.MARGIN * board.square, 0.0]) - middle
-    paper_size = random.normal(1.0, PRINT_SD) * board.square / 60.0 * np.array(paper.shape[::-1])
+    paper, paper_size = plate_print(plate.LONG)
+    low = np.array([BESIDE - plate.MARGIN * plate.LONG.square, 0.0]) - middle
+    paper_size = random.normal(1.0, PRINT_SD) * paper_size
     depth = float(random.normal(0.0, DEPTH_SD))
     noise = random.standard_normal((size[1] + 64, size[0] + 64)).astype(np.float32)
 
@@ -241,6 +240,15 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
     advance = abs(motion.end[:, 0] - (-length - second.TARGET[0]))
     event = float(np.interp(truth["onset"], motion.t, advance))
     return Shot(np.arange(0.0, end, 1.0 / rate), at, event, length, f["width"], f["eta_b"])
+
+
+def plate_print(board: Board) -> tuple[Picture, Array]:
+    """OpenCV's own print of a plate as it is cut out, grey values, and its width and height, m."""
+    foot, margin = round(SQUARE * plate.FOOT), round(SQUARE * plate.MARGIN)
+    pixels = (board.columns * SQUARE, board.rows * SQUARE)
+    squares = board.charuco.generateImage(pixels, marginSize=0, borderBits=1)
+    paper = np.pad(squares, ((margin, foot), (margin, margin)), constant_values=255)
+    return paper, board.square / SQUARE * np.array(paper.shape[::-1])
 
 
 def _refined(curve: Array) -> Array:

@@ -23,12 +23,9 @@ from verification.common import Progress, attempted, pooled, table
 from verification.eta_pictures import loop
 from verification.films.second.picture import Camera, Look, Studio, exposed, polygons
 from verification.numbers import Facts, Number, covers, seed_of, share
+from verification.phone_films import DEPTH_SD, PRINT_SD, plate_print
 
 SIZE = 1600, 1200
-BOARD, CELL = plate.CARD, 40
-"""The card, and pixels of one of its squares in the print."""
-DEPTH_SD, PRINT_SD = 0.002, 0.0015
-"""Standard deviations of the card's distance from the plane of the near edge, m, and of the print's scale."""
 WRINKLE, WRINKLES = 0.004, 5
 """Largest height of each wave of a wrinkled strip, L*, and their number: one to five along the strip."""
 WIDTH_SD = 5e-4
@@ -90,7 +87,7 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
         curve = unit * wrinkled(shape, height, random)
         curve = curve - [curve[:, 0].max(), curve[:, 1].min() - random.uniform(0.01, 0.04)]
     right = float(curve[:, 0].max()) + random.uniform(0.015, 0.04)
-    size = BOARD.square * np.array([BOARD.columns + 2.0 * plate.MARGIN, BOARD.rows + plate.FOOT + plate.MARGIN])
+    paper, size = plate_print(plate.CARD)
     left, focal = float(curve[:, 0].min()), float(random.uniform(0.65, 0.85))
     field = (right + size[0] - left) / float(random.uniform(0.55, 0.85))
     camera = Camera(
@@ -131,12 +128,8 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
         jaws = np.array([[[x - 0.05, z + s * 0.015], [x, z + s * 0.015], [x, z], [x - 0.05, z]] for s in (1.0, -1.0)])
         at = np.stack([jaws[..., 0], np.full(jaws.shape[:2], -0.001), jaws[..., 1]], axis=-1)
         polygons(canvas, camera.on_canvas(at), np.array([70.0, 75.0]))
-    print_of = BOARD.charuco.generateImage((BOARD.columns * CELL, BOARD.rows * CELL), marginSize=0, borderBits=1)
-    foot, margin = round(CELL * plate.FOOT), round(CELL * plate.MARGIN)
-    paper = np.pad(print_of, ((margin, foot), (margin, margin)), constant_values=255)
-    studio.print(
-        canvas, np.array([right, 0.0]), random.normal(1.0, PRINT_SD) * size, paper, float(random.normal(0.0, DEPTH_SD))
-    )
+    printed = random.normal(1.0, PRINT_SD) * size
+    studio.print(canvas, np.array([right, 0.0]), printed, paper, float(random.normal(0.0, DEPTH_SD)))
     if random.random() < 0.5:
         ruler = np.full((60, 1200), 230, np.uint8)
         ruler[:25, ::40] = 20

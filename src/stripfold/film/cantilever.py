@@ -42,7 +42,7 @@ off some of it, but both are connected around the free end."""
 CLAMP, MAX_BESIDE = 0.2, 0.25
 """Share of a hanging strip that may be held by something of its tone; largest share of the rest of what is connected
 with the strip that is not a part of it: 0.11 in a photograph with hairs, 0.38 in a shadow that halves eta_b."""
-SLANTED, MAX_SLANT = (0.1, 0.5), 0.6
+SLACK, MAX_SLANT = (0.1, 0.5), 0.6
 """Deviation of a band's width from that of a section with both edges, as shares of the face that is seen and of its own
 width, and the largest share of a strip that may begin with such ones."""
 SLOPE_SD = float(np.radians(0.5))
@@ -186,7 +186,7 @@ def _middle(line: Centreline, depth: Depth, source: str) -> tuple[Centreline, fl
         own, known = depth.fitted(line.width[lower], aside[lower], WIDTH_SD)
         # Where the far edge comes out of the clamp later than the near one, the band begins with a slant.
         expected = own + known.widening * aside
-        slack = SLANTED[0] * known.widening * aside + SLANTED[1] * own + 1.0
+        slack = SLACK[0] * known.widening * aside + SLACK[1] * own + 1.0
         cut = np.flatnonzero((np.abs(line.width - expected) > slack)[: lower.start])
         if not cut.size:
             break

@@ -222,9 +222,9 @@ def from_plate(
     """
     from stripfold.film import plate
 
-    failure = None
+    found, failure = plate.find(image, source), None
     for tried in plate.FOCALS if focal is None else (focal,):
-        seen = plate.find(image, source, tried, plate.KNOWN_FOCAL_SD if focal else plate.FOCAL_SD)
+        seen = found.with_focal(tried, plate.FOCAL_SD if focal is None else plate.KNOWN_FOCAL_SD)
         try:
             return _beside(image, seen, method, source, slope, roll, width, known=focal is not None)
         except TrackingError as error:

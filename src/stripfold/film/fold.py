@@ -90,6 +90,8 @@ class Depth:
 
         ``curve``: the middle of the band, shape (m, 2), on which the points are.
         """
+        if not self.widening:
+            return np.zeros((2, len(points)))
         along, index = np.column_stack([across[:, 1], -across[:, 0]]), np.arange(len(points))
         found = []
         for factor in (0.5, -0.5):
@@ -489,9 +491,9 @@ def inside_of(thickness: float, place: Place | None, seen: Depth) -> Array:
     middle = loop(thickness)[:, 1:]
     away, lower = np.full(len(middle), 0.5 * thickness), 0.5 * thickness
     if place is not None:
-        foot = Depth(place.back(seen.foot[None])[0], seen.share, seen.sd)
-        away += 0.5 * seen.widening * foot.aside(middle, normals(middle))
-        lower += 0.5 * seen.widening * abs(float(foot.foot[1]))
+        here = replace(seen, foot=place.back(seen.foot[None])[0])
+        away += 0.5 * here.widening * here.aside(middle, normals(middle))
+        lower += 0.5 * here.widening * abs(float(here.foot[1]))
     inner = middle + away[:, None] * normals(middle)
     inner = inner[(inner[:, 1] > lower) & (np.arange(len(inner)) > 10)]
     if not inner.size:

@@ -38,7 +38,7 @@ MIN_MEASURED = 0.5
 """Least share of the sections (in a film of those in view) that must be measured."""
 SLANTED = 0.92
 """Width of a section over the median of those before it, a width long, from which it is one of the strip."""
-STRAIGHT = 1e-3
+STRAIGHT_WORTH = 1e-3
 """Factor on the worth of what is straight where a strip hangs, as a ruler or the edge of the table."""
 ROUGH_TOLERANCE = 0.7
 """Standard deviation of the logarithm of the width in the score of a section of an unknown strip."""
@@ -244,7 +244,7 @@ def _best_candidate(image: Picture, start: Array | None, source: str, sag: float
             rough = rough.reversed()
         worth *= rough.length * min(rough.contrast, 100.0)
         if sag and _sag(rough) < sag * rough.length:
-            worth *= STRAIGHT
+            worth *= STRAIGHT_WORTH
         if worth > best[0]:
             best = (worth, rough)
     if best[1] is None or best[1].length < 20.0:

@@ -56,6 +56,10 @@ class Seen:
     rms: float
     focal_sd: float = 0.0
 
+    def with_focal(self, focal: float, focal_sd: float) -> Seen:
+        """The same by another focal length over the longer side, and its standard deviation as a share."""
+        return _posed(self.board, self.corners, self.mapping.camera.size, focal, focal_sd)
+
     def resample(self, random: np.random.Generator) -> Mapping:
         """Draw a mapping: the corners with noise of the size of their residuals, and a focal length."""
         pixels = self.corners.pixels + random.normal(0.0, self.rms / np.sqrt(2.0), self.corners.pixels.shape)
@@ -71,25 +75,19 @@ def places(board: Board, corners: Corners) -> Array:
     return np.column_stack([x, (FOOT + board.rows) * board.square - down])
 
 
-def find(
-    image: Picture,
-    source: str = "picture",
-    focal: float = FOCALS[0],
-    focal_sd: float = 0.0,
-    boards: Sequence[Board] = (CARD, LONG),
-) -> Seen:
-    """Find the first of some plates in grey values, shape (h, w); TrackingError: none is seen, or no plane.
+def find(image: Picture, source: str = "picture", boards: Sequence[Board] = (CARD, LONG)) -> Seen:
+    """Find the first of some plates in grey values, shape (h, w), as by the camera of most phones.
 
-    ``focal``: length over the longer side, and its standard deviation as a share.
+    Raises TrackingError: none is seen, or no plane.
     """
     for board in boards:
         corners = detect(image, board)
         if corners is not None:
-            return _seen(image, source, focal, focal_sd, board, corners)
+            return _seen(image, source, board, corners)
     raise TrackingError(source, "no plate", NEEDED, "come closer, or use more light; without a plate give the scale")
 
 
-def _seen(image: Picture, source: str, focal: float, focal_sd: float, board: Board, corners: Corners) -> Seen:
+def _seen(image: Picture, source: str, board: Board, corners: Corners) -> Seen:
     on_plate = places(board, corners)
     try:
         off = rms(transform(np.linalg.inv(fit_homography(corners.pixels, on_plate)), on_plate) - corners.pixels)
@@ -98,12 +96,17 @@ def _seen(image: Picture, source: str, focal: float, focal_sd: float, board: Boa
     longer = max(image.shape)
     if off > MAX_RMS * longer:
         raise TrackingError(source, f"a plate whose corners are {off:.1f} px off a plane", NEEDED, "glue it on a board")
-    length, (height, width) = focal * longer, image.shape
+    height, width = image.shape
+    return _posed(board, corners, (width, height), FOCALS[0], FOCAL_SD)
+
+
+def _posed(board: Board, corners: Corners, size: tuple[int, int], focal: float, focal_sd: float) -> Seen:
+    width, height = size
+    length, on_plate = focal * max(size), places(board, corners)
     matrix = np.array([[length, 0.0, 0.5 * (width - 1)], [0.0, length, 0.5 * (height - 1)], [0.0, 0.0, 1.0]])
-    camera = Camera(matrix, np.zeros(5), (width, height))
+    camera = Camera(matrix, np.zeros(5), size)
     mapping = Mapping(camera, _homography(camera, corners.pixels, on_plate))
-    off = rms(mapping.to_pixels(on_plate) - corners.pixels)
-    return Seen(board, corners, mapping, off, focal_sd)
+    return Seen(board, corners, mapping, rms(mapping.to_pixels(on_plate) - corners.pixels), focal_sd)
 
 
 def _homography(camera: Camera, pixels: Array, on_plate: Array) -> Array:
