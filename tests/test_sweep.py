@@ -14,8 +14,12 @@ import pytest
 import xarray as xr
 import yaml
 
+from stripfold import paths
 from stripfold.ask import critical, sweep
-from stripfold.ask.inputs import Scene
+from stripfold.ask.assess import assess
+from stripfold.ask.inputs import PathInputs, PlanInputs, Scene, Strip
+from stripfold.ask.plan import choose
+from stripfold.ask.question import CRITICAL
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store
@@ -31,8 +35,8 @@ def single(case: dict[str, object]) -> tuple[dict[str, float], str]:
         scene.require_long_enough()
         found = critical.find(scene)
     except StripfoldError as error:
-        return dict.fromkeys(sweep.NUMBERS, np.nan), str(error)
-    return {name: getattr(found, name) for name in sweep.NUMBERS}, found.reason
+        return dict.fromkeys(CRITICAL.numbers, np.nan), str(error)
+    return {name: getattr(found, name) for name in CRITICAL.numbers}, found.reason
 
 
 @pytest.fixture
@@ -73,7 +77,7 @@ def test_a_sweep_is_the_single_critical_points(tmp_path):
         # The elastica's are interpolated.
         rounding = 1e-10 if at["model"] == "elastica" else 0.0
         near = pytest.approx(numbers, rel=rounding, abs=0, nan_ok=True)
-        assert {name: float(here[name]) for name in sweep.NUMBERS} == near
+        assert {name: float(here[name]) for name in CRITICAL.numbers} == near
         assert here.reason.item() == reason
         seen.add(reason.split(maxsplit=1)[0])
     assert seen == {"lambda", "the", "height", "length", "eta_m"}
@@ -82,6 +86,66 @@ def test_a_sweep_is_the_single_critical_points(tmp_path):
     assert stored.lambda_c.units == stored.gripper_height.units == "m"
     assert (stored.attrs["eta_b"], stored.attrs["nu"]) == (3780.0, 0.0)
     assert os.listdir(tmp_path) == ["sweep.nc"]
+
+
+ASSESSED = {"question": "assess", "length": [0.3], "eta_b": 3780.0, "model": "rod", "fall": True}
+
+
+def test_a_sweep_of_paths_is_the_single_assessments(tmp_path):
+    found = sweep.run(ASSESSED | {"path": ["triangular", "r-path"]}, tmp_path / "sweep.nc", cores=1)
+    assert found.stable.dims == ("path", "length")
+    for path, length in product(("triangular", "r-path"), ASSESSED["length"]):
+        here, strip = found.sel(path=path, length=length), Strip(length=length, eta_b=3780.0)
+        given = PathInputs(**strip.model_dump(), model="rod", fall=True)
+        alone = assess(given, paths.PLANS[path](strip, None), compare=False)
+        assert bool(here.stable) == alone.stable == (length == 0.3 and path == "triangular")
+        for name in ("touch_x", "shape_error", "peak_force", "hold_friction"):
+            assert float(here[name]) == getattr(alone, name)
+        if not alone.stable:
+            assert float(here.critical_z) == alone.critical[0]["z"]
+            assert float(here.critical_drop) == alone.critical[0]["drop"] > 0.0
+    assert store.read(tmp_path / "sweep.nc").attrs["fall"] == 1
+
+
+def test_a_sweep_of_plans_is_the_single_plans(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = {"length": 0.3, "eta_b": 3780.0, "eta_b_uncertainty": 0.0}
+    given = asked | {"question": "plan", "goal": "quick", "length": [0.1, 0.3]}
+    Path("grid.yaml").write_text(yaml.safe_dump(given), encoding="utf-8")
+    assert main(["sweep", "grid.yaml", "--cores", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "planned      1" in said
+    assert "no result    1, the first: length = 0.1 cannot be used" in said
+    found = store.read("grid.nc")
+    best, here = choose(PlanInputs(**asked, goal="quick"))[0][0], found.sel(length=0.3)
+    assert here.outcome_path.item() == best.name
+    assert float(here.outcome_error) == best.error[1]
+    assert float(here.outcome_duration) == best.duration
+
+
+def test_samples_are_drawn_once_and_resumed_as_they_were(tmp_path):
+    drawn = STRIP | {"height": {"from": 0.03, "to": 0.12}, "eta_b": [2000.0, 3780.0], "samples": 40, "seed": 3}
+
+    def interrupt(said):
+        if said != "solved: 0 %":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(drawn, tmp_path / "sweep.nc", cores=1, progress=interrupt)
+    found = sweep.run(drawn, tmp_path / "sweep.nc", cores=1)
+    whole = sweep.run(drawn, tmp_path / "whole.nc", cores=1)
+    assert (tmp_path / "sweep.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
+    other = sweep.run(drawn | {"seed": 4}, tmp_path / "other.nc", cores=1)
+    assert found.lambda_c.dims == found.gripper_height.dims == ("sample",)
+    assert (whole.gripper_height != other.gripper_height).all()
+    height = found.gripper_height.values
+    assert 0.03 <= height.min() < 0.05
+    assert 0.1 < height.max() <= 0.12
+    assert len(np.unique(height)) == 40
+    assert set(found.eta_b.values) == {2000.0, 3780.0}
+    at = {"height": float(height[7]), "eta_b": float(found.eta_b[7])}
+    lambda_c = critical.find(Scene(**STRIP | at)).lambda_c
+    assert float(found.lambda_c[7]) == pytest.approx(lambda_c, rel=1e-10, nan_ok=True)
 
 
 def test_an_interrupted_sweep_goes_on_and_gives_the_same_file(tmp_path, interrupted):
@@ -193,6 +257,10 @@ def test_damaged_parts_are_redone_and_the_users_files_kept(interrupted):
             r"'300000 cases' .* at most 200000",
         ),
         ({"height": {"from": -1.7e308, "to": 1.7e308, "count": 3}}, r"height.from = -1.7e\+308 .* from 0 to 1e\+09"),
+        ({"height": {"from": 0.05, "to": 0.1, "count": 3}, "samples": 9}, r"height.count = 3 .* no count"),
+        ({"question": "map"}, r"question = 'map' .* one of critical, assess, plan"),
+        ({"question": "plan"}, r"height = 0.09 .* only the keys goal, length"),
+        ({"seed": 1}, r"samples is missing"),
         ({"height": [90, 120]}, r"height = 90.0 .* less than the length, 0.6 m"),
     ],
 )

@@ -16,7 +16,7 @@ paths: planned, or your own            paths.r_path, triangular, circular, low (
 what a path does to it                 Strip.assess(path, fall=True, friction_moment=M_0, layer_friction=mu)
 how stiff a fabric is                  eta_b(fold_height=...), eta_b(image=..., scale=..., method=...)
 where a filmed strip snaps             measure(folder)
-thousands of strips                    sweep.run(grid, file)
+a question of thousands of strips      sweep.run(grid, file)
 =====================================  ===============================================================================
 
 Results print as a table; each has ``to_dict()``, ``to_dataset()`` (xarray), ``to_netcdf(file)`` and ``plot()``.  They

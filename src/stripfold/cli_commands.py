@@ -225,18 +225,26 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
 
 
-@command("critical points of a grid of strips, on all cores", sweep_options, named_after=("grid",))
+@command("a question asked of a grid of strips, on all cores", sweep_options, named_after=("grid",))
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
-    """Find the critical points of all combinations of values; a sweep that was interrupted goes on."""
+    """Find critical points, assess paths or plan for all combinations of values, or for samples; a sweep that was
+    interrupted goes on."""
     from stripfold.base.validation import read_yaml
 
     grid = read_yaml(arguments.grid, "grid", "length: 0.6")
+    import numpy as np
+
     from stripfold.ask.sweep import run
 
     found = run(grid, arguments.output, arguments.cores, say)
-    snap, touch = found.lambda_c.notnull(), found.lambda_touch.notnull()
-    counts = {"cases": int(found.reason.size), "snap": int(snap.sum()), "touch": int(touch.sum())}
-    failed, file = found.reason.values[~(snap | touch).values], str(arguments.output)
+    counted = {
+        "critical": {"snap": "lambda_c", "touch": "lambda_touch"},
+        "assess": {"assessed": "stable"},
+        "plan": {"planned": "outcome_error"},
+    }[grid.get("question", "critical")]
+    known = {what: found[name].notnull().values for what, name in counted.items()}
+    counts = {"cases": int(found.reason.size)} | {what: int(of.sum()) for what, of in known.items()}
+    failed, file = found.reason.values[~np.any(list(known.values()), axis=0)], str(arguments.output)
     if arguments.json:
         return as_json(document({**counts, "no_result": int(failed.size), "written": file}, dict(grid)))
     without = [("no result", f"{failed.size}, the first: {failed[0]}")] if failed.size else []

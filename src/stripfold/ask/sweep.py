@@ -1,4 +1,4 @@
-"""Critical points of a grid of strips on all cores, in one file; an interrupted sweep goes on where it stopped."""
+"""A question asked of a grid of strips on all cores, in one file; an interrupted sweep goes on where it stopped."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from hashlib import sha256
 from itertools import islice
 from logging.handlers import QueueHandler
-from math import ceil, nan, prod
+from math import ceil, prod
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -27,36 +26,27 @@ from threading import Thread
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, create_model
+from pydantic import Field
 
-from stripfold import elastica
-from stripfold.ask import critical
-from stripfold.ask.inputs import Scene
-from stripfold.ask.prediction import ElasticaPrediction
-from stripfold.ask.select_model import solid_error
+from stripfold.ask.question import QUESTIONS, Question
 from stripfold.base.arguments import checked, file_name
-from stripfold.base.errors import InvalidInputError, StripfoldError
+from stripfold.base.errors import MISSING, InvalidInputError, StripfoldError
 from stripfold.base.progress import Percent
-from stripfold.base.validation import Input, Number, Whole, quantity, within
+from stripfold.base.validation import Input, Number, Whole, quantity, with_text_keys, within
 from stripfold.base.version import running_commit, version
 from stripfold.files import schema, store
 from stripfold.files.reporting import Progress
-from stripfold.follow.track import End
 
 if TYPE_CHECKING:
     import xarray as xr
 
-KEYS = ("eta_b", "height", "length", "eta_m", "nu", "model", "accuracy")
-"""Keys of a grid, the slowest first: cases in a row share the elastica at their height, which those of one L* have."""
-NAMES = {"height": "gripper_height"}
-"""Names of keys in the dataset, where they are others: CF reserves ``height``."""
+NAMES = {"height": "gripper_height", "gripper": "grip", "table_friction": "table_mu", "layer_friction": "layer_mu"}
+"""Names of keys in the dataset, where they are others: CF reserves ``height``, and some have another sense there."""
 LARGEST = 1e9
 """Largest end of a range: the limits of no key are wider."""
-NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "solid_error", "free_length")
 MOST_CASES = 200_000
 """Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
-CHUNK = 100
-"""Most cases of a chunk that are solved one by one: what an interruption loses, and the least that is worth a file."""
+MANY = f"a whole number from 2 to {MOST_CASES}"
 CHUNKS = 32
 """Chunks of a small grid or of one of the elastica, at most: enough to keep the cores equally busy."""
 LOCK = "in_use"
@@ -66,26 +56,34 @@ Job = tuple[range, Path]
 """A chunk, and the file of its results."""
 logger = logging.getLogger("stripfold")
 
-_Case: Any = create_model(
-    "_Case", __base__=Input, **{key: (Scene.model_fields[key].annotation, Scene.model_fields[key]) for key in KEYS}
-)  # type: ignore[call-overload]
-"""The keys of a case, each within its limits; what goes together is left to :class:`.inputs.Scene`."""
-
 
 class Range(Input):
-    """Numbers at equal distances, both ends included."""
+    """Numbers at equal distances, both ends included, or of samples any between them."""
 
     start: Annotated[Number, quantity("the first", ge=0.0, le=LARGEST), Field(alias="from")]
     to: Annotated[Number, quantity("the last", ge=0.0, le=LARGEST)]
-    count: Annotated[Whole, Field(description="how many", ge=2, le=MOST_CASES)]
+    count: Annotated[Whole | None, Field(description="how many", ge=2, le=MOST_CASES)] = None
+
+
+class Samples(Input):
+    """How many cases are drawn: each key by itself, evenly from its range or its list."""
+
+    samples: Annotated[Whole, Field(description="how many cases are drawn", ge=2, le=MOST_CASES)]
+    seed: Annotated[Whole, Field(description="of the random numbers", ge=0)] = 0
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Values of all keys, and the keys for which a list or a range is given, in the order of :data:`KEYS`; SI."""
+    """Values of all keys, and the keys for which a list or a range is given, in the order of the question's; SI.
 
+    The cases are all combinations or, where they are ``drawn``, each place of the lists; ``given``: from what.
+    """
+
+    question: str
     values: dict[str, list[Any]]
     listed: tuple[str, ...]
+    drawn: Samples | None = None
+    given: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
@@ -95,21 +93,32 @@ class Grid:
         """
         if not isinstance(given, Mapping):
             raise InvalidInputError("grid", given, "keys and values")
-        axes = {str(key): _values(str(key), value) for key, value in given.items()}
-        first = {key: values[0] for key, values in axes.items()}
-        checked_values = {key: [value] for key, value in _Case.of(first)}
-        if (count := prod(len(values) for values in axes.values())) > MOST_CASES:
+        keys = {str(key): value for key, value in given.items()}
+        name = keys.pop("question", "critical")
+        if name not in QUESTIONS:
+            raise InvalidInputError("question", name, f"one of {', '.join(QUESTIONS)}")
+        question, drawn = QUESTIONS[name], None
+        if draw := {key: keys.pop(key) for key in Samples.model_fields if key in keys}:
+            drawn = Samples(**draw)
+        axes = {key: _values(key, value, drawn) for key, value in keys.items()}
+        each, first = question.each, {key: values[0] for key, values in axes.items()}
+        checked_values = {key: [value] for key, value in each.of(first)}
+        if drawn is None and (count := prod(len(values) for values in axes.values())) > MOST_CASES:
             raise InvalidInputError("grid", f"{count} cases", f"at most {MOST_CASES} cases", "split the grid")
         for key, values in axes.items():
-            checked_values[key] = [getattr(_Case.of(first | {key: value}), key) for value in values]
-        listed = tuple(key for key in KEYS if isinstance(given.get(key), list | tuple | Mapping))
+            checked_values[key] = [getattr(each.of(first | {key: value}), key) for value in values]
+        listed = tuple(key for key in question.keys if isinstance(keys.get(key), list | tuple | Mapping))
+        if drawn is not None:
+            random = np.random.default_rng(drawn.seed)
+            for key in listed:
+                checked_values[key] = _drawn(checked_values[key], isinstance(keys[key], Mapping), drawn, random)
         for key in listed:
-            if len(set(checked_values[key])) < len(checked_values[key]):
-                raise InvalidInputError(key, given[key], "values of which no two are alike")
-        grid, refused = cls({key: checked_values[key] for key in KEYS}, listed), None
+            if drawn is None and len(set(checked_values[key])) < len(checked_values[key]):
+                raise InvalidInputError(key, keys[key], "values of which no two are alike")
+        grid, refused = cls(name, {key: checked_values[key] for key in question.keys}, listed, drawn, keys), None
         for number in range(grid.count):
             try:
-                Scene(**grid.case(number))
+                question.inputs(**grid.case(number))
             except InvalidInputError as error:
                 refused = refused or error
             else:
@@ -119,9 +128,19 @@ class Grid:
         raise refused
 
     @property
+    def asks(self) -> Question:
+        """The question."""
+        return QUESTIONS[self.question]
+
+    @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers of values of the listed keys."""
-        return tuple(len(self.values[key]) for key in self.listed)
+        """Numbers of values of the listed keys, or of samples."""
+        return (self.drawn.samples,) if self.drawn else tuple(len(self.values[key]) for key in self.listed)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the dimensions in the dataset."""
+        return ("sample",) if self.drawn else tuple(NAMES.get(key, key) for key in self.listed)
 
     @property
     def count(self) -> int:
@@ -132,33 +151,40 @@ class Grid:
     def chunks(self) -> list[range]:
         """The numbers of the cases, in chunks."""
         size = ceil(self.count / CHUNKS)
-        if self.values["model"] != ["elastica"]:
-            size = min(size, CHUNK)
+        if self.values.get("model") != ["elastica"]:
+            size = min(size, self.asks.chunk)
         return [range(first, min(first + size, self.count)) for first in range(0, self.count, size)]
 
     def case(self, number: int) -> dict[str, Any]:
         """Keys and values of a case."""
-        places = dict(zip(self.listed, np.unravel_index(number, self.shape), strict=True))
+        places: dict[str, Any] = dict.fromkeys(self.listed, number)
+        if self.drawn is None:
+            places = dict(zip(self.listed, np.unravel_index(number, self.shape), strict=True))
         return {key: values[places.get(key, 0)] for key, values in self.values.items()}
 
     def config(self) -> dict[str, Any]:
         """The resolved keys and values, as they could be given."""
-        return {key: values if key in self.listed else values[0] for key, values in self.values.items()}
+        said = {key: values if key in self.listed else values[0] for key, values in self.values.items()}
+        if self.drawn:
+            said |= {key: with_text_keys(self.given[key]) for key in self.listed} | self.drawn.model_dump()
+        return said | ({} if self.question == "critical" else {"question": self.question})
 
 
 @checked
 def run(
     given: Mapping[str, Any], file: str | os.PathLike[str], cores: int | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Find the critical points of all combinations of values and store them in one netCDF file.
+    """Ask a question of all combinations of values, or of samples, and store what is found in one netCDF file.
 
     What is done stands in the folder ``file`` + ".parts" until the file is whole: the same call goes on from there.
 
     Parameters
     ----------
     given
-        For each key of :data:`KEYS` a value, a list of values, or ``{"from": ..., "to": ..., "count": ...}``; those
-        that are left out have the defaults of :class:`.inputs.Scene`.
+        ``question``: "critical", which it is if left out, "assess" or "plan".  For each of its keys
+        (:mod:`.question`) a value, a list of values, or ``{"from": ..., "to": ..., "count": ...}``; those that are
+        left out have the defaults of the question.  With ``samples`` as many cases are drawn with the random numbers
+        of ``seed``, each key evenly from its list or its range, which then has no count.
     file
         Where to write.
     cores
@@ -169,9 +195,8 @@ def run(
 
     Returns
     -------
-    ``lambda_c`` or, without a snap, ``lambda_touch``, ``error``, ``model_error``, ``solid_error``, ``free_length`` and
-    ``reason`` over the keys with several values, named as in :data:`NAMES`; nan where a case is refused or fails, with
-    the error as its reason.
+    What is found over the keys with several values, named as in :data:`NAMES`, or over ``sample``; nan where a case is
+    refused or fails, with the error as its ``reason``.
 
     Raises
     ------
@@ -187,7 +212,7 @@ def run(
     with owned(file):
         parts = chunk_files(grid, file)
         try:
-            left = [(chunk, part) for part, chunk in parts.items() if not _is_whole(part)]
+            left = [(chunk, part) for part, chunk in parts.items() if not _is_whole(grid, part)]
             solved, finished = Percent(progress, "solved"), grid.count - sum(len(chunk) for chunk, _ in left)
             solved(finished / grid.count)
             available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -196,7 +221,7 @@ def run(
                 finished += len(chunk)
                 solved(finished / grid.count)
             found = _gathered(grid, parts)
-            store.write(found, file, title="critical points of a grid of strips", config=grid.config())
+            store.write(found, file, title=f"{grid.question}: a sweep over strips", config=grid.config())
             for part in parts:
                 part.unlink()
         finally:
@@ -245,7 +270,7 @@ def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
     """
     folder = _folder(file)
     # Parts of another version are of another sweep: one file has one origin.
-    origin = [grid.config(), CHUNK, CHUNKS, version(), running_commit()]
+    origin = [grid.config(), grid.asks.chunk, CHUNKS, version(), running_commit()]
     digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
     parts = {folder / f"{digest}-{number:05d}.nc": chunk for number, chunk in enumerate(grid.chunks)}
     if any(part not in parts for part in folder.glob("*.nc") if re.fullmatch(r"[0-9a-f]{16}-\d{5}", part.stem)):
@@ -254,12 +279,15 @@ def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
     return parts
 
 
-def _values(key: str, given: Any) -> list[Any]:
-    """The values of a key."""
+def _values(key: str, given: Any, drawn: Samples | None) -> list[Any]:
+    """The values of a key; of a range of which samples are drawn both ends."""
     if isinstance(given, Mapping):
         with within(key):
             asked = Range.of(given)
-        return np.linspace(asked.start, asked.to, asked.count).tolist()
+            if (asked.count is None) is (drawn is None):
+                how, advice = ("no count", "samples says how many") if drawn else (MANY, "or give samples and no count")
+                raise InvalidInputError("count", MISSING if asked.count is None else asked.count, how, advice)
+        return np.linspace(asked.start, asked.to, asked.count or 2).tolist()
     if isinstance(given, list | tuple):
         if not given:
             raise InvalidInputError(key, given, "a value, a list of values, or from, to and count")
@@ -267,10 +295,18 @@ def _values(key: str, given: Any) -> list[Any]:
     return [given]
 
 
-def _is_whole(part: Path) -> bool:
+def _drawn(values: list[Any], between: bool, drawn: Samples, random: np.random.Generator) -> list[Any]:
+    """Samples of the values of a key, or of those ``between`` the first and the last."""
+    if between:
+        found: list[Any] = random.uniform(values[0], values[-1], drawn.samples).tolist()
+        return found
+    return [values[i] for i in random.integers(len(values), size=drawn.samples)]
+
+
+def _is_whole(grid: Grid, part: Path) -> bool:
     """Whether a part is there; a damaged one is solved again."""
     try:
-        store.read(part, (*NUMBERS, "reason"))
+        store.read(part, grid.asks.found)
     except InvalidInputError:
         return False
     return True
@@ -379,53 +415,28 @@ class _Sender(QueueHandler):
 
 def solve(grid: Grid, chunk: range, part: Path) -> None:
     """Solve the cases of a chunk and store them in one of :func:`chunk_files`."""
-    rows = [_of(grid.case(number)) for number in chunk]
-    found = schema.dataset({name: ("case", [row[name] for row in rows]) for name in (*NUMBERS, "reason")})
+    rows = [grid.asks.row(grid.case(number)) for number in chunk]
+    found = schema.dataset({name: ("case", [row[name] for row in rows]) for name in grid.asks.found})
     store.write(found, part, title="part of a sweep")
-
-
-def _of(case: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers and reason of a case."""
-    try:
-        scene = Scene(**case)
-        if scene.model == "elastica":
-            return _of_elastica(scene)
-        found = critical.find(scene, prediction=_predicted(scene.height_star))
-    except StripfoldError as error:
-        return dict.fromkeys(NUMBERS, nan) | {"reason": " ".join(str(error).split())}
-    return {name: getattr(found, name) for name in (*NUMBERS, "reason")}
-
-
-def _of_elastica(scene: Scene) -> dict[str, Any]:
-    """The same of the elastica, interpolated over the height: its states are not asked for."""
-    end, unit = elastica.end_of_advance(scene.height_star), scene.gravity_length
-    scene.require_long_enough(end.length)
-    lam = unit * end.advance
-    return {
-        "lambda_c": lam if end.snap else nan,
-        "lambda_touch": nan if end.snap else lam,
-        "error": unit * critical.ELASTICA_ERROR,
-        "model_error": lam * scene.distance_from_solid("elastica"),
-        "solid_error": lam * solid_error(scene.material.relative_thickness, scene.nu, scene.height_star),
-        "free_length": unit * end.length,
-        "reason": (End.SNAP if end.snap else End.TOUCH).reason,
-    }
-
-
-_predicted = lru_cache(maxsize=1)(ElasticaPrediction.at)
 
 
 def _gathered(grid: Grid, parts: Mapping[Path, range]) -> xr.Dataset:
     """The dataset, part by part."""
-    found: dict[str, Any] = {name: np.empty(grid.count) for name in NUMBERS}
-    found["reason"], texts = np.empty(grid.count, dtype=object), dict[str, str]()
+    asks, known = grid.asks, dict[str, str]()
+    found: dict[str, Any] = {name: np.empty(grid.count) for name in asks.numbers}
+    found |= {name: np.empty(grid.count, dtype=object) for name in asks.texts}
     for part, chunk in parts.items():
-        data = store.read(part, (*NUMBERS, "reason"))
+        data = store.read(part, asks.found)
         where = slice(chunk.start, chunk.stop)
-        for name in NUMBERS:
+        for name in asks.numbers:
             found[name][where] = data[name]
-        found["reason"][where] = [texts.setdefault(text, text) for text in data["reason"].values]
-    listed = tuple(NAMES.get(key, key) for key in grid.listed)
-    values: dict[str, Any] = {name: (name, grid.values[key]) for name, key in zip(listed, grid.listed, strict=True)}
-    values |= {name: (listed, array.reshape(grid.shape)) for name, array in found.items()}
-    return schema.dataset(values, {key: grid.values[key][0] for key in KEYS if key not in grid.listed})
+        for name in asks.texts:
+            found[name][where] = [known.setdefault(text, text) for text in data[name].values]
+    values: dict[str, Any] = {}
+    for key in grid.listed:
+        name = NAMES.get(key, key)
+        values[name] = ("sample" if grid.drawn else name, grid.values[key])
+    values |= {name: (grid.axes, array.reshape(grid.shape)) for name, array in found.items()}
+    same = {key: grid.values[key][0] for key in grid.asks.keys if key not in grid.listed}
+    attrs = {key: int(value) if isinstance(value, bool) else value for key, value in same.items() if value is not None}
+    return schema.dataset(values, attrs)
