@@ -99,6 +99,48 @@ def test_numbers_arrays_and_places_far_outside(monitor: sf.Monitor) -> None:
     assert np.isfinite(many.margin).all()
 
 
+@pytest.fixture(scope="module")
+def hanging() -> tuple[Array, Array, Array]:
+    """x and z of the gripper and a point of the rod's sag, on an R-path until an L* before the snap, m."""
+    strip = sf.Strip(length=0.45, eta_b=3780.0)
+    found = strip.assess(sf.paths.r_path(strip), model="rod").to_dataset()
+    curves = np.stack([found.x.values, found.z.values], axis=-1)
+    highest = int(np.argmax(curves[:, 0, 1]))
+    curves = curves[highest : highest + 8 : 2]
+    points = np.array([curve[np.argmin(np.abs(curve[:100, 1] - 0.55 * curve[0, 1]))] for curve in curves])
+    return curves[:, 0, 0], curves[:, 0, 1], points
+
+
+def test_points_of_the_sag_say_which_eta_b_fits(hanging: tuple[Array, Array, Array]) -> None:
+    """With noise of half a millimetre; the monitor's strip is too soft or too stiff by a third."""
+    x, z, points = hanging
+    random, inside = np.random.default_rng(20262811), []
+    for eta_b in (2800.0, 5000.0):
+        monitor = sf.Monitor(sf.Strip(length=0.45, eta_b=eta_b))
+        exact = monitor.update(x, z, points, accuracy=1e-4)
+        assert exact.eta_b == pytest.approx(3780.0, rel=0.01)
+        for _ in range(10):
+            fit = monitor.update(x, z, points + random.normal(0.0, 5e-4, points.shape), accuracy=5e-4)
+            inside.append(fit.low <= 3780.0 <= fit.high)
+    assert 17 <= sum(inside) <= 20
+    one = monitor.update(x[-1], z[-1], points[-1])
+    assert one.low < 3780.0 < one.high
+    assert one.high - one.low > 2.0 * (fit.high - fit.low)
+
+
+def test_points_that_no_such_strip_has(hanging: tuple[Array, Array, Array]) -> None:
+    x, z, points = hanging
+    monitor = sf.Monitor(sf.Strip(length=0.45, eta_b=3780.0))
+    with pytest.raises(sf.InvalidInputError, match=r"point = .3 of them. .* for each of 4 places"):
+        monitor.update(x, z, points[:-1])
+    with pytest.raises(sf.InvalidInputError, match=r"point .* within a factor of 4 of 3780 .* mm off"):
+        monitor.update(x[:2], z[:2], points[:2] - np.array([0.03, 0.0]))
+    with pytest.raises(sf.InvalidInputError, match=r"x = .* it snaps"):
+        monitor.update(x[-1] + 0.05, z[-1], points[-1] + np.array([0.05, 0.0]))
+    with pytest.raises(sf.InvalidInputError, match="accuracy"):
+        monitor.update(x, z, points, accuracy=0.0)
+
+
 def test_what_cannot_be() -> None:
     with pytest.raises(sf.InvalidInputError, match="length"):
         sf.Monitor(sf.Strip(length=0.1, eta_b=3780.0))

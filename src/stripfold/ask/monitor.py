@@ -4,19 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil
+from math import ceil, exp
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from stripfold.ask.map import gripper_map
 from stripfold.ask.strip import Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import GRAVITY
+from stripfold.elastica import with_friction
 from stripfold.elastica.boundary import LENGTHS
 
 SPACING, FINE = 0.04, 0.002
 """Of the places whose distance is stored, and of the heights whose limits are, L*."""
+
+ALONG = np.linspace(0.0, 12.0, 481)
+"""Distances from the gripper at which a shape is computed for a fit, L*: as long as what hangs before a snap."""
+UNLIKE = 1.6
+"""Largest factor of L* by which a fit may leave the monitor's strip: of eta_b it is 4."""
+MISFIT = 4.0
+"""Distance of points from the strip that fits, over their accuracy, from which they are those of no strip."""
+
+
+class Fit(NamedTuple):
+    """The eta_b, m^-4 s^2, that points of a strip say, and the ends of its 95 % interval."""
+
+    eta_b: float
+    low: float
+    high: float
 
 
 class Reading(NamedTuple):
@@ -88,6 +106,83 @@ class Monitor:
         energy: Array = np.where(u < tables.touch[at], np.inf, tables.coefficient[at] * left * np.sqrt(left))
         energy *= self.strip.rho_a * self.strip.gravity * unit**2
         return Reading(unit * margin, x - unit * margin * run, z - unit * margin * rise, energy)
+
+    def update(self, x: Any, z: Any, point: Any, accuracy: float = 1e-3) -> Fit:
+        """Say which eta_b fits points of the hanging strip that were measured while the gripper was at places.
+
+        The strip is the monitor's but for its eta_b: without friction in bending, and not touching yet.
+
+        Parameters
+        ----------
+        x, z
+            Places of the gripper, m: numbers, or arrays of shape (n,).
+        point
+            For each x and z of a point of the sag, or of any other part off the floor, m; shape (2,) or (n, 2).
+        accuracy
+            Standard deviation of a point's distance from the strip, m.
+
+        Raises
+        ------
+        InvalidInputError
+            Numbers that do not belong together, or points that no strip has with an eta_b within a factor of 4 of
+            the monitor's, whose gripper has advanced beyond the place without horizontal force and does not snap.
+
+        Examples
+        --------
+        >>> import stripfold as sf
+        >>> monitor = sf.Monitor(sf.Strip(length=0.6, eta_b=3780.0))
+        >>> fit = monitor.update(-0.10, 0.09, (-0.157, 0.045))
+        >>> round(fit.eta_b, -2), round(fit.low, -2), round(fit.high, -2)
+        (3700.0, 3200.0, 4200.0)
+        """
+        places = np.column_stack([np.atleast_1d(np.asarray(given, dtype=float)) for given in (x, z)])
+        points = np.asarray(point, dtype=float).reshape(-1, 2)
+        if points.shape != places.shape or not (np.isfinite(points).all() and np.isfinite(places).all()):
+            given, allowed = (
+                f"{len(points)} of them",
+                f"one, x and z in m, for each of {len(places)} places of the gripper",
+            )
+            raise InvalidInputError("point", given, allowed)
+        if not accuracy > 0.0:
+            raise InvalidInputError("accuracy", accuracy, "a number greater than 0 m")
+        offset, unit = np.array([0.5 * self.strip.length, 0.0]), self.strip.gravity_length
+
+        def away(log_unit: Array) -> Array:
+            """Distances of the points from the strip, to the side of its normals, m."""
+            there, found = exp(float(log_unit[0])), []
+            for at, seen in zip((places + offset) / there, (points + offset) / there, strict=True):
+                (curve,) = with_friction.branch(at[1]).shapes(0.0, at[:1], ALONG)
+                found.append(there * _distance(curve, seen))
+            return np.array(found)
+
+        limits = np.log(unit / UNLIKE), np.log(unit * UNLIKE)
+        best = least_squares(away, [np.log(unit)], bounds=limits, x_scale=0.1, diff_step=1e-3)
+        log_unit, slope = float(best.x[0]), float(np.linalg.norm(best.jac))
+        there = exp(log_unit)
+        for at in (places + offset) / there:
+            low, high = with_friction.branch(at[1]).advances
+            if not low <= at[0] <= high:
+                first, last, given = (float(there * end - offset[0]) for end in (low, high, at[0]))
+                allowed = f"x from {first:.4g} to {last:.4g} m at this height"
+                raise InvalidInputError("x", given, allowed, "before, the strip is pulled back; behind, it snaps")
+        sd = accuracy / slope if slope else np.inf
+        misfit = float(np.sqrt(np.mean(best.fun**2)))
+        if misfit > MISFIT * accuracy or not min(log_unit - limits[0], limits[1] - log_unit) > 0.01:
+            allowed = f"points of a strip whose eta_b is within a factor of 4 of {self.strip.eta_b:g} m^-4 s^2"
+            raise InvalidInputError("point", point, allowed, f"the nearest such strip is {1e3 * misfit:.2g} mm off")
+        eta_b = [float(1.0 / (GRAVITY * exp(log_unit + 1.96 * by * sd) ** 3)) for by in (0.0, 1.0, -1.0)]
+        return Fit(*eta_b)
+
+
+def _distance(curve: Array, point: Array) -> float:
+    """Distance of a point from a polygon, shape (n, 2), to the left of its nearest edge."""
+    edges = np.diff(curve, axis=0)
+    length = np.hypot(*edges.T)
+    along = np.clip(((point - curve[:-1]) * edges).sum(axis=1) / length**2, 0.0, 1.0)
+    away = point - curve[:-1] - along[:, None] * edges
+    i = int(np.argmin(np.hypot(*away.T)))
+    side = edges[i, 0] * away[i, 1] - edges[i, 1] * away[i, 0]
+    return float(np.copysign(np.hypot(*away[i]), side))
 
 
 class _Tables(NamedTuple):

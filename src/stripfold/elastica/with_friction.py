@@ -9,7 +9,7 @@ critical point, and the corrected branch has its own maximum of the advance (doc
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import floor, log
 
 import numpy as np
@@ -58,6 +58,12 @@ class Branch:
     angle_by_moment: Array
     length: Array
     length_by_moment: Array
+
+    @cached_property
+    def advances(self) -> tuple[float, float]:
+        """Without friction the advance without horizontal force, and the largest."""
+        reached = self.length * (1.0 - np.cos(self.angle) @ grid(NODES).integral[-1])
+        return float(reached[0]), float(reached.max())
 
     def shapes(self, moment: float, advance: Array, distance: Array) -> Array:
         """Places of material points, shape (k, n, 2), L*: their x from where the free end lay when flat, and z.
