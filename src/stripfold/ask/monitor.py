@@ -162,14 +162,14 @@ class Monitor:
         for at in (places + offset) / there:
             low, high = with_friction.branch(at[1]).advances
             if not low <= at[0] <= high:
-                first, last, given = (float(there * end - offset[0]) for end in (low, high, at[0]))
+                first, last, here = (float(there * end - offset[0]) for end in (low, high, at[0]))
                 allowed = f"x from {first:.4g} to {last:.4g} m at this height"
-                raise InvalidInputError("x", given, allowed, "before, the strip is pulled back; behind, it snaps")
+                raise InvalidInputError("x", here, allowed, "before, the strip is pulled back; behind, it snaps")
         sd = accuracy / slope if slope else np.inf
         misfit = float(np.sqrt(np.mean(best.fun**2)))
         if misfit > MISFIT * accuracy or not min(log_unit - limits[0], limits[1] - log_unit) > 0.01:
             allowed = f"points of a strip whose eta_b is within a factor of 4 of {self.strip.eta_b:g} m^-4 s^2"
-            raise InvalidInputError("point", point, allowed, f"the nearest such strip is {1e3 * misfit:.2g} mm off")
+            raise InvalidInputError("point", points.tolist(), allowed, f"the nearest such strip is {1e3 * misfit:.2g} mm off")
         eta_b = [float(1.0 / (GRAVITY * exp(log_unit + 1.96 * by * sd) ** 3)) for by in (0.0, 1.0, -1.0)]
         return Fit(*eta_b)
 
