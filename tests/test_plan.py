@@ -148,7 +148,7 @@ class TestOutcomes:
             strip.plan(table_friction=0.05)
 
     def test_friction_holds_what_would_snap(self) -> None:
-        """M_0 of half of what the least fabric of data/fabrics.csv has."""
+        """M_0 of half of what the least fabric of fabrics.csv has."""
         strip = sf.Strip(length=0.36, eta_b=ETA_B)
         moment = 0.11 * 9.81 * strip.rho_a * strip.gravity_length**2
         found = followed("r-path", length=0.36, friction_moment=moment)

@@ -23,6 +23,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
 from plots.pieces import PATH_LOOKS, note
+from stripfold.ask.fabric import TABLE
 from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
@@ -69,7 +70,7 @@ def run(
     measured: str = "data/textile_moment_curvature.csv",
     areal_load: float = 13.6,
     heights: Sequence[float] = (3.0, 8.0),
-    table: str = "data/fabrics.csv",
+    table: str = str(TABLE),
     most: int = 1,
     flattest: Sequence[float] = (0.1, 0.3),
     height: float = 3.0,

@@ -21,6 +21,7 @@ from plots.all_materials import MOMENT
 from plots.pieces import LENGTH_TITLE, note
 from stripfold import elastica, paths
 from stripfold.ask.friction import bisected, lost_with
+from stripfold.ask.fabric import TABLE
 from stripfold.ask.inputs import PlanInputs
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material
@@ -48,7 +49,7 @@ to 40 L* and 5 to 20 % found 0.8 to 1.4 times as much."""
 
 
 def run(
-    table: str = "data/fabrics.csv",
+    table: str = str(TABLE),
     measured: str = "data/textile_moment_curvature.csv",
     areal_load: float = 13.6,
     height: float = 3.0,

@@ -58,7 +58,7 @@ SPEED, DAMPING = 0.05, Damping(air=0.11, stiffness=0.05)
 USUAL = Case(20.0, 0.01, yield_curvature=0.05, step=0.2, stiffest=5.0)
 """What touches is found on new elements: springs are less stiff than along x."""
 FABRICS = 0.2
-"""M_0 / rho_a g L*^2 from which on a strip counts as a fabric here: data/fabrics.csv begins at 0.22."""
+"""M_0 / rho_a g L*^2 from which on a strip counts as a fabric here: fabrics.csv begins at 0.22."""
 
 
 def run(

@@ -364,11 +364,17 @@ def safe_side(gravity_length: float) -> str:
 def plan_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.ask.inputs import PlanInputs
 
-    options(parser, PlanInputs, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "goal", "gripper_accuracy"))
+    options(parser, PlanInputs, ("length",))
+    options(parser, PlanInputs, ("eta_b",), required=False)
+    text = "a measured fabric: its eta_b with the spread of warp and weft, rho_a and M_0, where they are not given"
+    parser.add_argument("--fabric", metavar="NAME", help=text)
+    options(parser, PlanInputs, ("eta_m", "rho_a", "eta_b_uncertainty", "goal", "gripper_accuracy"))
+    # What is not given is the fabric's to fill in, or the model's.
+    parser.set_defaults(rho_a=None, eta_b_uncertainty=None)
     parser.add_argument("--path", metavar="MINE.csv", help="a path of yours to rank among the known ones: t,x,z")
     _log_options(parser)
     options(parser, PlanInputs, ("max_snap", "max_slide", "margin", "tool", "layer_friction"))
-    text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*]: the R-path needs friction"
+    text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*, or M_0 over 4 B]: the R-path needs friction"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
     options(parser, PlanInputs, ("speed", "acceleration", "flatness", "table_friction", "curl"))
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
@@ -388,7 +394,12 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     """Follow all known paths with every eta_b of an interval, rank them, and write the best for a robot."""
     from stripfold.ask.inputs import PlanInputs
 
-    asked = PlanInputs(**given(arguments, PlanInputs) | _friction(arguments.friction_moment))
+    said = given(arguments, PlanInputs) | _friction(arguments.friction_moment)
+    if arguments.fabric is not None:
+        from stripfold.ask.fabric import fabric
+
+        said = fabric(arguments.fabric).values | said
+    asked = PlanInputs(**said)
     from stripfold.ask.export import base_of, checked_name
     from stripfold.ask.plan import FoldingPlan
 

@@ -61,7 +61,7 @@ from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import largest_miss
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
-from stripfold.strip.effects import YIELD_CURVATURE, MomentCurvature, split_loop
+from stripfold.strip.effects import MomentCurvature, split_loop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -394,7 +394,7 @@ def assess(
 ) -> PathAssessment:
     """Assess a path: with friction in steps, without along the branch; with friction between the layers in time, too.
 
-    ``yield_curvature``: kappa_y of the hysteresis, 1/m; 0.05 / L* where it is not given.  ``refinement``: factor on all
+    ``yield_curvature``: kappa_y of the hysteresis, 1/m; the usual one where it is not given.  ``refinement``: factor on all
     element lengths.  ``compare``: whether to follow the path on another mesh, too.
 
     Raises InvalidInputError: bad input; SolveError: statics that could not be computed.  A fall or a motion that could
@@ -424,7 +424,7 @@ def assess(
                 "friction_moment", asked.friction_moment, "none with the unloading of a bending test"
             )
         law, memory = ("hysteresis", width or moment), True
-    effects = effects_of(*law, YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit, bending)
+    effects = effects_of(*law, None if yield_curvature is None else yield_curvature * unit, bending)
 
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
         if not memory:

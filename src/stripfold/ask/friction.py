@@ -28,7 +28,6 @@ from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_f
 from stripfold.follow.statics import StripModel, from_flat
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
-from stripfold.strip.effects import YIELD_CURVATURE
 from stripfold.strip.problem import AlongPath, Motion
 
 PlannedStrip = tuple[Material, float, GripperPath]
@@ -87,7 +86,7 @@ def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> 
     """Whether a strip is followed to its first touch: from there on its layer is laid down; raises SolveError."""
     material, length, path = strip
     unit = material.gravity_length
-    kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
+    kappa_y = None if yield_curvature is None else yield_curvature * unit
     effects = effects_of("hysteresis", moment / (material.force_scale * unit), kappa_y)
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
     first = with_effects(from_flat(model.contact_mesh(REFINEMENT, memory=True), path, model.length), effects)

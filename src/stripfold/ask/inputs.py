@@ -415,9 +415,9 @@ class PlanInputs(Curled):
         quantity("limit: length of a tool behind the grasp, which must stay above the table", "m", ge=0.0, le=10.0),
     ] = None
     friction_moment: FrictionMoment = None
-    yield_curvature: Annotated[Number | None, quantity("its kappa_y; by default 0.05 / L*", "1/m", ge=1e-3, le=1e6)] = (
-        None
-    )
+    yield_curvature: Annotated[
+        Number | None, quantity("its kappa_y; by default 0.05 / L*, or M_0 over 4 B", "1/m", ge=1e-3, le=1e6)
+    ] = None
     speed: Annotated[
         Number | None,
         quantity(

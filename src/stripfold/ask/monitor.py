@@ -169,7 +169,9 @@ class Monitor:
         misfit = float(np.sqrt(np.mean(best.fun**2)))
         if misfit > MISFIT * accuracy or not min(log_unit - limits[0], limits[1] - log_unit) > 0.01:
             allowed = f"points of a strip whose eta_b is within a factor of 4 of {self.strip.eta_b:g} m^-4 s^2"
-            raise InvalidInputError("point", points.tolist(), allowed, f"the nearest such strip is {1e3 * misfit:.2g} mm off")
+            raise InvalidInputError(
+                "point", points.tolist(), allowed, f"the nearest such strip is {1e3 * misfit:.2g} mm off"
+            )
         eta_b = [float(1.0 / (GRAVITY * exp(log_unit + 1.96 * by * sd) ** 3)) for by in (0.0, 1.0, -1.0)]
         return Fit(*eta_b)
 

@@ -194,11 +194,8 @@ def outcome_of(
             say(f"{candidate.name} path with eta_b = {strip.eta_b:.4g}")
             done = (verdict for verdict in there if verdict.asked.eta_b == strip.eta_b)
             verdicts.append(next(done, None) or follower.verdict(strip))
-        if (
-            not all(verdict.stable for verdict in verdicts)
-            and (moment := follower.held_by_friction(strips, say)) is not None
-        ):
-            verdicts = [follower.verdict(strip, asked.friction_moment) for strip in strips]
+        if not all(verdict.stable for verdict in verdicts) and (held := follower.held_by_friction(strips, say)):
+            moment, verdicts = held
         hold_friction = worst(verdict.hold_friction for verdict in verdicts)
         slips = asked.table_friction is not None and hold_friction > asked.table_friction
         error = (nan, inf) if slips and not slides else follower.error(verdicts, say)
@@ -280,14 +277,26 @@ class _Follower:
         """Distance by which friction delays a snap, m per N of M_0."""
         return DELAY / self.asked.material.force_scale
 
-    def held_by_friction(self, strips: Sequence[Strip], say: Callable[[str], None]) -> float | None:
-        """M_0 with which the strips follow, as much less than there is as the margin and :data:`SPARE` say."""
+    def held_by_friction(
+        self, strips: Sequence[Strip], say: Callable[[str], None]
+    ) -> tuple[float, list[PathAssessment]] | None:
+        """M_0 with which the strips follow, and what they do with all that there is of it.
+
+        It is as much less than that as the margin and :data:`SPARE` say.  None where they do not follow, or cannot be
+        followed: what is known without friction then stands, in which nothing is held.
+        """
         asked, there = self.asked, self.asked.friction_moment
         if there is None or self.candidate.gripper != "hinge":
             return None
         enough = min(there / SPARE, there - (asked.margin or 0.0) / self.delay)
         followed = [(strip.material, strip.length, self._scaled(strip)) for strip in strips]
-        return enough if enough > 0.0 and lost_with(followed, enough, asked.yield_curvature, say) is None else None
+        try:
+            if enough <= 0.0 or lost_with(followed, enough, asked.yield_curvature, say) is not None:
+                return None
+            verdicts = [self.verdict(strip, there) for strip in strips]
+        except SolveError:
+            return None
+        return (enough, verdicts) if all(isfinite(verdict.shape_error) for verdict in verdicts) else None
 
     def _scaled(self, strip: Strip) -> GripperPath:
         return self.candidate.path.curve.scaled(1.0 / strip.gravity_length)

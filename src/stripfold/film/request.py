@@ -26,7 +26,7 @@ PLAUSIBLE = {
 }
 """Least and largest value, from a gauze to a thin metal sheet; another unit that it may be given in, and its factor.
 
-Of the fabrics in data/fabrics.csv none lies within these limits in that other unit."""
+Of the fabrics in fabrics.csv none lies within these limits in that other unit."""
 
 
 def _scale_of(ruler: str) -> float:

@@ -52,7 +52,7 @@ from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
 from stripfold.strip.contact_mesh import INTERVAL
-from stripfold.strip.effects import YIELD_CURVATURE, BendingLaw, Effect, Hysteresis, MomentCurvature, Pull
+from stripfold.strip.effects import BendingLaw, Effect, Hysteresis, MomentCurvature, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongPath, Motion
@@ -71,9 +71,9 @@ WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 
 
 def effects_of(
-    law: str, strength: float, yield_curvature: float = YIELD_CURVATURE, bending: MomentCurvature | None = None
+    law: str, strength: float, yield_curvature: float | None = None, bending: MomentCurvature | None = None
 ) -> Effects:
-    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*); none for strength 0.
+    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*, or the usual one); none for strength 0.
 
     ``bending``: law of bending in place of the linear one.
     """

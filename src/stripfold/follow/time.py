@@ -32,7 +32,7 @@ from stripfold.solve import dynamics, newton
 from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
-from stripfold.strip.effects import YIELD_CURVATURE, Hysteresis
+from stripfold.strip.effects import Hysteresis
 from stripfold.strip.layer_friction import LayerFriction
 from stripfold.strip.model import Model
 from stripfold.strip.problem import AlongPath, Opened, StripProblem
@@ -103,7 +103,7 @@ def follow_in_time(
     moment: float = 0.0,
     *,
     damping: Damping,
-    yield_curvature: float = YIELD_CURVATURE,
+    yield_curvature: float | None = None,
     speed: float | TimedPath = SPEED,
     refinement: float = 1.0,
     ridge: Ridge | None = None,
@@ -114,7 +114,7 @@ def follow_in_time(
 
     ``strip``, ``path``: the strip and the gripper's path, L*.  ``mu``: coefficient of friction between the layers and
     on the floor.  ``moment``: M_0 of the bending hysteresis, rho_a g L*^2.  ``damping``: physical damping.
-    ``yield_curvature``: kappa_y of that hysteresis, 1/L*.  ``speed``: of the gripper, sqrt(g L*), or where it is when.
+    ``yield_curvature``: kappa_y of that hysteresis, 1/L*, or the usual one.  ``speed``: of the gripper, sqrt(g L*), or where it is when.
     ``refinement``: factor on the element lengths, which are shorter where the strip lies on a ``ridge`` of the table.
     ``progress``: called with a line on how much of the path is done.
 

@@ -311,6 +311,9 @@ YIELD_CURVATURE = 0.05
 Two per cent of the largest curvature of the critical state at z = 3 L* (2.69/L*): small compared with the curvatures of
 folding, and large enough for the spring not to be far stiffer than the strip itself.
 """
+STIFFEST = 4.0
+"""Largest stiffness of friction that sticks, in units of the bending stiffness: where one element slides and the next one
+sticks, with much stiffer ones the elements decide whether a strip of real cloth, M_0 from 0.2 to 1.3, is followed."""
 CELL = 0.005
 """Length of the fixed cells that keep kappa_p where elements move, L*."""
 
@@ -353,9 +356,12 @@ class Hysteresis(ElementMoments):
 
     @classmethod
     def of(
-        cls, model: Model, moment: float, *, yield_curvature: float = YIELD_CURVATURE, slack: Array | None = None
+        cls, model: Model, moment: float, *, yield_curvature: float | None = None, slack: Array | None = None
     ) -> Self:
         """Friction with no moment in the flat state, or in the state ``slack``, shape (n,).
+
+        ``yield_curvature``: by default :data:`YIELD_CURVATURE`, or more where the spring would be stiffer than
+        :data:`STIFFEST`.
 
         The smaller ``yield_curvature``, the closer to dry friction, and the shorter the steps have to be: Newton's
         method converges for changes of two or three yield curvatures per step.
@@ -364,6 +370,8 @@ class Hysteresis(ElementMoments):
         """
         if not 0.0 <= moment < np.inf:
             raise InvalidInputError("moment", moment, "a finite number >= 0 (rho_a g L*^2)")
+        if yield_curvature is None:
+            yield_curvature = max(YIELD_CURVATURE, moment / STIFFEST)
         if not 0.0 < yield_curvature < np.inf:
             raise InvalidInputError("yield_curvature", yield_curvature, "a finite number > 0 (1/L*)")
         directors = model.directors

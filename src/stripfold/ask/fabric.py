@@ -1,0 +1,108 @@
+"""Fabrics that have been measured: what to plan with where one's own strip has not been (docs/plan.md)."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stripfold.base.errors import InvalidInputError
+
+TABLE = Path(__file__).with_name("fabrics.csv")
+"""Weight, bending rigidity and, where the source has it, hysteresis, with the sources."""
+LARGEST = 0.5
+"""Largest relative uncertainty of eta_b that a plan takes."""
+
+
+@dataclass(frozen=True)
+class Fabric:
+    """A fabric of the table.
+
+    Attributes
+    ----------
+    name
+        Its name in the table.
+    eta_b
+        Weight-to-bending-stiffness ratio, m^-4 s^2; with warp and weft the middle of both.
+    eta_b_uncertainty
+        Half the difference of warp and weft, relative, at most 0.5; the median of the table's where they are not told
+        apart.
+    rho_a
+        Areal density, kg m^-2.
+    friction_moment
+        M_0, N: half of 2HB; None where the source has none.
+    source
+        Where the numbers are from.
+    """
+
+    name: str
+    eta_b: float
+    eta_b_uncertainty: float
+    rho_a: float
+    friction_moment: float | None
+    source: str
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What is known of a strip of it, by the names of inputs."""
+        names = ("eta_b", "eta_b_uncertainty", "rho_a", "friction_moment")
+        return {name: value for name in names if (value := getattr(self, name)) is not None}
+
+
+@cache
+def fabrics() -> tuple[Fabric, ...]:
+    """All fabrics of the table."""
+    lines = [line for line in TABLE.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    rows = list(csv.DictReader(lines))
+    both = [row for row in rows if row["b_1_warp_N_m"]]
+    usual = float(np.median([_ends(row)[1] for row in both]))
+    return tuple(
+        Fabric(
+            name=row["name"],
+            eta_b=(ends := _ends(row))[0],
+            eta_b_uncertainty=min(ends[1] or usual, LARGEST),
+            rho_a=float(row["areal_density_kg_per_m2"]),
+            friction_moment=0.5 * float(row["2HB_N"]) if row["2HB_N"] else None,
+            source=row["source"],
+        )
+        for row in rows
+    )
+
+
+def _ends(row: dict[str, str]) -> tuple[float, float]:
+    """Middle and half the relative difference of the eta_b of warp and weft, m^-4 s^2; 0 where one is known only."""
+    weight, told = float(row["areal_density_kg_per_m2"]), row["b_1_warp_N_m"]
+    rigidities = [row["b_1_warp_N_m"], row["b_1_weft_N_m"]] if told else [row["B_N_m"]]
+    eta_b = [weight / float(rigidity) for rigidity in rigidities]
+    middle = 0.5 * (max(eta_b) + min(eta_b))
+    return middle, (max(eta_b) - min(eta_b)) / (2.0 * middle)
+
+
+def fabric(name: str) -> Fabric:
+    """The fabric of this name; its beginning is enough, where no other begins so.
+
+    Raises InvalidInputError: no such fabric, or several.
+
+    Examples
+    --------
+    >>> cotton = fabric("cotton broad")
+    >>> round(cotton.eta_b), cotton.rho_a, cotton.friction_moment
+    (10698, 0.1238, 0.0006080123)
+    """
+    known = {one.name.casefold(): one for one in fabrics()}
+    asked = " ".join(name.casefold().split())
+    begins = [key for key in known if key.startswith(asked)] if asked else []
+    if asked in known or len(begins) == 1:
+        return known[asked if asked in known else begins[0]]
+    # A longer name of the trade, as broadcloth.
+    longer = [key for key in known if asked.startswith(key.rpartition(" (")[0] or key)]
+    if len(longer) == 1:
+        return known[longer[0]]
+    near = get_close_matches(asked, known, 1)
+    names = ", ".join(one.name for one in fabrics())
+    raise InvalidInputError("fabric", name, f"one of {names}", f"did you mean {known[near[0]].name}?" if near else "")
