@@ -157,9 +157,56 @@ class TestOutcomes:
         assert found.drop == 0.0 < found.margin
         assert all(verdict.stable for verdict in found.verdicts)
 
+    def test_friction_of_real_cloth_is_in_the_fold(self) -> None:
+        """Of the wool of the table, beside the paper's solid with that friction: millimetres instead of a tenth."""
+        wool = sf.fabric("wool tropical")
+        given = wool.values | {"eta_b_uncertainty": 0.0, "length": 0.3, "gripper_accuracy": 0.0, "layer_friction": 0.0}
+        found, without = followed("low", **given), followed("low", **given | {"friction_moment": None})
+        strip = sf.Strip(length=0.3, eta_b=wool.eta_b, rho_a=wool.rho_a)
+        solid = strip.assess(found.path, friction_moment=wool.friction_moment)
+        assert found.error[0] == pytest.approx(solid.shape_error, rel=0.1)
+        assert found.error[0] > 10.0 * without.error[1]
+
+    def test_what_friction_loses_is_stated_without_and_ranks_last(self) -> None:
+        """A path on which the strip is lost with the friction of the table's cotton, its strip 12.5 L* long."""
+        cotton = sf.fabric("Cotton Broadcloth")
+        given = asked(**cotton.values | {"length": 0.3, "eta_b": 7350.0, "eta_b_uncertainty": 0.0})
+        found = planner.ranked(given, [followed(name, **given.model_dump()) for name in ("circular", "triangular")])
+        assert [outcome.name for outcome in found] == ["triangular", "circular"]
+        assert [outcome.with_friction for outcome in found] == [True, False]
+        assert "all this without the friction" in found[1].costs(given)
+
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
             planner.choose(asked(length=0.22))
+
+
+class TestFabric:
+    def test_numbers_of_the_table(self) -> None:
+        """B 1.2e-5 N m, 0.124 kg/m^2, 2HB 1.2e-3 N: Matsudaira et al., table 1; warp and weft of Feng et al., row 1."""
+        cotton, other = sf.fabric(" cotton  BROAD"), sf.fabric("cantilever 1")
+        assert cotton == sf.fabric("cotton broadcloth") == sf.fabric("cotton broad (A)")
+        assert cotton.eta_b == pytest.approx(0.1238 / 1.1571847e-5)
+        assert cotton.friction_moment == pytest.approx(6.08e-4, rel=1e-3)
+        assert 0.1 < cotton.eta_b_uncertainty < 0.5
+        ends = [0.0673 / 1.7799e-6, 0.0673 / 3.0762e-6]
+        assert other.eta_b * (1.0 + other.eta_b_uncertainty) == pytest.approx(max(ends))
+        assert other.eta_b * (1.0 - other.eta_b_uncertainty) == pytest.approx(min(ends))
+        assert "friction_moment" not in other.values
+
+    @pytest.mark.parametrize(("name", "said"), [("polyester", "one of"), ("", "one of"), ("cottn broad", "did you mean")])
+    def test_unknown_and_ambiguous(self, name: str, said: str) -> None:
+        with pytest.raises(InvalidInputError, match=rf"fabric = '{name}' .*{said}.*cotton broad \(A\)"):
+            sf.fabric(name)
+
+    def test_what_is_given_is_kept(self, capsys: pytest.CaptureFixture[str]) -> None:
+        command = ["plan", "--length", "0.2", "--fabric", "cantilever 22", "--rho-a", "0.3", "--json"]
+        assert main([*command, "--eta-b-uncertainty", "0.7"]) == 2
+        assert "eta_b_uncertainty = 0.7" in capsys.readouterr().err
+        assert main([*command, "--eta-b-uncertainty", "0"]) == 0
+        inputs = json.loads(capsys.readouterr().out)["inputs"]
+        assert inputs["eta_b"] == pytest.approx(14698, rel=1e-4)
+        assert (inputs["rho_a"], inputs["eta_b_uncertainty"], inputs["friction_moment"]) == (0.3, 0.0, None)
 
 
 class TestInTime:

@@ -85,6 +85,8 @@ class Outcome:
         As of :class:`.PathAssessment`.
     sufficient_moment
         M_0 with which friction holds the strip where it would snap without, N; None where it need not.
+    with_friction
+        Whether it was followed with the friction in bending that is given.
     duration
         Of the motion, s.
     failure
@@ -111,6 +113,7 @@ class Outcome:
     tool_room: float
     duration: float
     sufficient_moment: float | None = None
+    with_friction: bool = False
     failure: str = ""
     excluded: str = ""
     verdicts: tuple[PathAssessment, ...] = field(default=(), repr=False)
@@ -149,6 +152,8 @@ class Outcome:
             said.append(f"{slides}without a pin it takes table friction of {self.hold_friction:.2g}")
         if self.candidate.gripper == "turning":
             said.append("the gripper clamps and turns as the path says")
+        if asked.friction_moment is not None and not self.with_friction:
+            said.append("all this without the friction in bending, with which it is lost or cannot be followed")
         if isfinite(self.tool_room):
             said.append(f"a tool of at most {1e3 * self.tool_room:.0f} mm clears the table")
         return "; ".join(said)
@@ -185,17 +190,16 @@ def outcome_of(
     slides on its table; without, one that slips is not folded.
     """
     follower = _Follower(asked, candidate, slides)
-    # Verdicts with friction are none without.
-    there = known.verdicts if known is not None and known.sufficient_moment is None else ()
+    there = {} if known is None else {verdict.asked.eta_b: verdict for verdict in known.verdicts}
     verdicts: list[PathAssessment] = []
     moment, failure, error, hold_friction, slips = None, "", (nan, inf), nan, False
+    rubbed = follower.with_friction(strips, say) if known is None or known.with_friction else None
     try:
-        for strip in strips:
+        if rubbed is not None:
+            moment, verdicts = rubbed
+        for strip in strips[len(verdicts) :]:
             say(f"{candidate.name} path with eta_b = {strip.eta_b:.4g}")
-            done = (verdict for verdict in there if verdict.asked.eta_b == strip.eta_b)
-            verdicts.append(next(done, None) or follower.verdict(strip))
-        if not all(verdict.stable for verdict in verdicts) and (held := follower.held_by_friction(strips, say)):
-            moment, verdicts = held
+            verdicts.append(there.get(strip.eta_b) or follower.verdict(strip))
         hold_friction = worst(verdict.hold_friction for verdict in verdicts)
         slips = asked.table_friction is not None and hold_friction > asked.table_friction
         error = (nan, inf) if slips and not slides else follower.error(verdicts, say)
@@ -226,6 +230,7 @@ def outcome_of(
         tool_room=worst((verdict.tool_room for verdict in verdicts), np.min),
         duration=follower.duration,
         sufficient_moment=moment,
+        with_friction=rubbed is not None,
         failure=failure or next((verdict.failure for verdict in verdicts if verdict.failure), ""),
         verdicts=tuple(verdicts),
     )
@@ -258,13 +263,13 @@ class _Follower:
     candidate: Candidate
     slides: bool
 
-    def verdict(self, strip: Strip, moment: float | None = None) -> PathAssessment:
-        """The rod's, with falls, or with a friction moment, N."""
+    def verdict(self, strip: Strip, moment: float | None = None, fall: bool = True) -> PathAssessment:
+        """The rod's, with falls, or with a friction moment, N, which knows none."""
         asked = self.asked
         given: dict[str, Any] = {"flatness": asked.flatness, "gripper": self.candidate.gripper, "curl": asked.curl}
         if self.slides:
             given["table_friction"] = asked.table_friction
-        inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=moment is None)
+        inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=fall and moment is None)
         how: dict[str, Any] = {}
         if moment is not None:
             inputs = inputs.model_copy(update={"friction_moment": moment, "step": STEP * strip.gravity_length})
@@ -277,13 +282,13 @@ class _Follower:
         """Distance by which friction delays a snap, m per N of M_0."""
         return DELAY / self.asked.material.force_scale
 
-    def held_by_friction(
+    def with_friction(
         self, strips: Sequence[Strip], say: Callable[[str], None]
-    ) -> tuple[float, list[PathAssessment]] | None:
-        """M_0 with which the strips follow, and what they do with all that there is of it.
+    ) -> tuple[float | None, list[PathAssessment]] | None:
+        """What the strips do with the friction in bending that is given, and M_0 that holds them; None: they need none.
 
-        It is as much less than that as the margin and :data:`SPARE` say.  None where they do not follow, or cannot be
-        followed: what is known without friction then stands, in which nothing is held.
+        It is as much less than there is as the margin and :data:`SPARE` say.  None of both where there is no friction, or
+        they do not follow with it, or cannot be followed: what is known without then stands, in which nothing is held.
         """
         asked, there = self.asked, self.asked.friction_moment
         if there is None or self.candidate.gripper != "hinge":
@@ -291,12 +296,17 @@ class _Follower:
         enough = min(there / SPARE, there - (asked.margin or 0.0) / self.delay)
         followed = [(strip.material, strip.length, self._scaled(strip)) for strip in strips]
         try:
+            say(f"{self.candidate.name} path with friction in bending")
+            verdicts = [self.verdict(strip, there) for strip in strips]
+            if not all(isfinite(verdict.shape_error) for verdict in verdicts):
+                return None
+            if all(self.verdict(strip, fall=False).stable for strip in strips):
+                return None, verdicts
             if enough <= 0.0 or lost_with(followed, enough, asked.yield_curvature, say) is not None:
                 return None
-            verdicts = [self.verdict(strip, there) for strip in strips]
         except SolveError:
             return None
-        return (enough, verdicts) if all(isfinite(verdict.shape_error) for verdict in verdicts) else None
+        return enough, verdicts
 
     def _scaled(self, strip: Strip) -> GripperPath:
         return self.candidate.path.curve.scaled(1.0 / strip.gravity_length)
@@ -354,9 +364,9 @@ class _Follower:
         if asked.layer_friction and len(verdicts) == len(asked.strips) and (is_late or snapped):
             say(f"{self.candidate.name} path with friction between the layers")
             at = late if is_late else snapped[-1]
-            strip = verdicts[at].asked
+            strip, moment = verdicts[at].asked, verdicts[at].asked.friction_moment or 0.0
             rubbed[at] = _errors(
-                at_speed(asked, strip, self._scaled(strip), asked.layer_friction).states[-1], strip, offs
+                at_speed(asked, strip, self._scaled(strip), asked.layer_friction, moment).states[-1], strip, offs
             )
         elif asked.layer_friction and is_late:
             # A point that stays where it has touched is off by the way that it would have to slide back.

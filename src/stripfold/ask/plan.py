@@ -115,7 +115,7 @@ def _carried(asked: PlanInputs) -> tuple[float | None, str]:
 
 
 def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:
-    """Sort outcomes: those that keep the limits and were computed first, and the best of them by the user's goal.
+    """Sort outcomes: first those that keep the limits and were computed with all that is given, the best by the goal.
 
     Of the accurate ones those count as equal that differ by less than the gripper is off, or than a cloth differs from
     the model.
@@ -128,7 +128,8 @@ def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:
         return 0.0 if over < alike else over
 
     def key(outcome: Outcome) -> tuple[Any, ...]:
-        unusable = bool(outcome.excluded), bool(outcome.failure), outcome.flatness_ratio < 1.0
+        unlike = asked.friction_moment is not None and not outcome.with_friction
+        unusable = bool(outcome.excluded), bool(outcome.failure), unlike, outcome.flatness_ratio < 1.0
         gentle = np.nan_to_num(outcome.drop, nan=inf), outcome.candidate.gripper != "hinge", outcome.layer_slide
         by = {
             "accurate": (worse(outcome), *gentle),
@@ -181,7 +182,7 @@ def choose(
 def _in_time(asked: PlanInputs, outcome: Outcome, say: Callable[[str], None]) -> InTime | str:
     if outcome.candidate.gripper != "hinge":
         return "a clamp that turns is not followed in time: leave out the speed"
-    moment = 0.0 if outcome.sufficient_moment is None else asked.friction_moment or 0.0
+    moment = asked.friction_moment or 0.0 if outcome.with_friction else 0.0
     states = [verdict.states for verdict in outcome.verdicts]
     return in_time(asked, outcome.path, states, moment, say, snaps=outcome.drop != 0.0)
 
