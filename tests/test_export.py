@@ -16,12 +16,13 @@ from stripfold.base.arrays import Array
 from stripfold.cli import main
 
 BASE = (0.4, -0.1, 0.012, 90.0)
-SPEED, ACCELERATION, TOOL = 0.1, 0.5, 0.1
+SPEED, ACCELERATION, JERK, TOOL = 0.1, 0.5, 5.0, 0.1
 
 
 @pytest.fixture(scope="module")
 def plan() -> sf.FoldingPlan:
-    return sf.Strip(length=0.26, eta_b=3770).plan(eta_b_uncertainty=0.0, tool=TOOL, acceleration=ACCELERATION)
+    limits = {"acceleration": ACCELERATION, "jerk": JERK}
+    return sf.Strip(length=0.26, eta_b=3770).plan(eta_b_uncertainty=0.0, tool=TOOL, **limits)
 
 
 def matrices(quaternions: Array) -> Array:
@@ -118,6 +119,10 @@ def test_read_back(
     assert speed.max() < SPEED * (1.0 + 1e-6)
     middle = 0.5 * (t[1:] + t[:-1])
     assert np.abs(np.diff(speed) / np.diff(middle)).max() < 1.1 * ACCELERATION
+    along, way = t, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(grasp, axis=0), axis=1)))
+    for order in (1, 2, 3):  # divided differences: means of the derivative, but for its factorial
+        way = np.diff(way) / (along[order:] - along[:-order])
+    assert np.abs(6.0 * way).max() < 1.1 * JERK
 
 
 def test_by_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

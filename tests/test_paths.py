@@ -15,6 +15,7 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.track import SNAP, End, forces_of, peak_forces, shape_error
 from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
+from stripfold.paths.motion import timed
 from stripfold.paths.rpath import RPath, plan_r_path
 
 
@@ -212,3 +213,43 @@ def test_a_snap_above_the_touch_limit() -> None:
     assert x + 7.0 == pytest.approx(elastica.critical(1.65).advance, abs=0.01)
     slope = (elastica.critical(1.66).advance - elastica.critical(1.64).advance) / 0.02
     assert event.angle == pytest.approx(np.degrees(np.arctan(1.0 / slope)), abs=0.5)
+
+
+class TestMotion:
+    """When the gripper is where, within limits."""
+
+    @pytest.mark.parametrize(("jerk", "reached"), [(2.0, 1.0), (0.1, 0.2**0.5)])
+    def test_a_line_takes_the_least_time(self, jerk: float, reached: float) -> None:
+        """Closed forms: with the full speed and acceleration S / v + v / a + a / j; short of both 4 (S / 2 j)^(1/3)."""
+        s = np.linspace(0.0, 3.0, 301)
+        motion = timed(s, np.column_stack([s, 0.0 * s]), speed=1.0, acceleration=1.0, jerk=jerk)
+        least = 3.0 + 1.0 + 1.0 / jerk if jerk > 1.0 else 4.0 * (3.0 / (2.0 * jerk)) ** (1.0 / 3.0)
+        assert least <= motion.t[-1] < least * (1.0002 if jerk > 1.0 else 1.6)
+        assert motion.speed.max() <= reached or jerk < 1.0
+        np.testing.assert_allclose(motion.lam(0.5 * float(motion.t[-1])), 1.5, atol=1e-6)
+        rise = np.diff(motion.speed) / np.diff(motion.t)
+        middle = 0.5 * (motion.t[1:] + motion.t[:-1])
+        apart = np.linspace(0.0, motion.t[-1], 200)
+        assert np.abs(np.diff(np.interp(apart, middle, rise)) / apart[1]).max() < 1.02 * jerk
+
+    @pytest.mark.parametrize("jerk", [None, 1.0, 5.0, 50.0])
+    def test_bends_and_corners(self, jerk: float | None) -> None:
+        """Up, around a quarter of a circle of 5 cm, down, a corner, and on: each limit is kept, with the bend's."""
+        turn = np.linspace(0.0, 0.5 * np.pi, 80)[1:-1]
+        arc = np.column_stack([0.05 * (1.0 - np.cos(turn)), 0.2 + 0.05 * np.sin(turn)])
+        up, on = np.linspace(0.0, 0.2, 200), np.linspace(0.05, 0.3, 200)
+        down = np.linspace(0.25, 0.1, 200)[1:]
+        rows = [[0.0 * up, up], arc.T, [on, 0.25 + 0.0 * on], [0.3 + 0.0 * down, down]]
+        places = np.concatenate([np.column_stack(row) if i != 1 else arc for i, row in enumerate(rows)])
+        s = np.append(0.0, np.cumsum(np.hypot(*np.diff(places, axis=0).T)))
+        motion = timed(s, places, speed=0.2, acceleration=0.5, jerk=jerk)
+        corner = s[np.flatnonzero((places == [0.3, 0.25]).all(axis=1))[0]]
+        assert np.interp(corner, motion.travelled, motion.speed) == pytest.approx(0.0, abs=1e-12)
+        assert motion.speed.max() <= 0.2 * (1.0 + 1e-9)
+        middle = 0.5 * (motion.travelled[1:] + motion.travelled[:-1])
+        along = np.diff(motion.speed) / np.diff(motion.t)
+        towards = np.interp(middle, motion.travelled, motion.speed) ** 2 / 0.05
+        in_bend = (middle > 0.2) & (middle < 0.2 + 0.025 * np.pi)
+        assert np.hypot(along, np.where(in_bend, towards, 0.0)).max() <= 0.5 * (1.0 + 1e-3)
+        assert motion.when(s) == pytest.approx([0.0, *(m for m in motion.when(s)[1:])])
+        assert [motion.lam(float(t)) for t in motion.when(s)[::37]] == pytest.approx(s[::37].tolist(), abs=1e-9)

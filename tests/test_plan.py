@@ -166,6 +166,7 @@ class TestOutcomes:
         solid = strip.assess(found.path, friction_moment=wool.friction_moment)
         assert found.error[0] == pytest.approx(solid.shape_error, rel=0.1)
         assert found.error[0] > 10.0 * without.error[1]
+        assert found.sufficient_moment is None  # nothing snaps without it
 
     def test_what_friction_loses_is_stated_without_and_ranks_last(self) -> None:
         """A path on which the strip is lost with the friction of the table's cotton, its strip 12.5 L* long."""
@@ -194,7 +195,9 @@ class TestFabric:
         assert other.eta_b * (1.0 - other.eta_b_uncertainty) == pytest.approx(min(ends))
         assert "friction_moment" not in other.values
 
-    @pytest.mark.parametrize(("name", "said"), [("polyester", "one of"), ("", "one of"), ("cottn broad", "did you mean")])
+    @pytest.mark.parametrize(
+        ("name", "said"), [("polyester", "one of"), ("", "one of"), ("cottn broad", "did you mean")]
+    )
     def test_unknown_and_ambiguous(self, name: str, said: str) -> None:
         with pytest.raises(InvalidInputError, match=rf"fabric = '{name}' .*{said}.*cotton broad \(A\)"):
             sf.fabric(name)

@@ -425,6 +425,7 @@ class PlanInputs(Curled):
         ),
     ] = None
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
+    jerk: Annotated[Number | None, quantity("largest jerk of it along its path", "m s^-3", ge=1e-2, le=1e5)] = None
     flatness: Flatness = FLATNESS
     table_friction: TableFriction = None
 

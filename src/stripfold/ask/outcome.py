@@ -287,7 +287,7 @@ class _Follower:
     ) -> tuple[float | None, list[PathAssessment]] | None:
         """What the strips do with the friction in bending that is given, and M_0 that holds them; None: they need none.
 
-        It is as much less than there is as the margin and :data:`SPARE` say.  None of both where there is no friction, or
+        It is as much less than there is as the margin and :data:`SPARE` say.  None of both where there is no friction,
         they do not follow with it, or cannot be followed: what is known without then stands, in which nothing is held.
         """
         asked, there = self.asked, self.asked.friction_moment
@@ -412,7 +412,8 @@ def _interpolated(eta_b: Sequence[float], offs: Array, errors: Array, at: Array,
 def times(asked: PlanInputs, path: FoldPath) -> Array:
     """When the gripper is at the places of a path, s."""
     _, places = path.curve.sampled(path.spacing)
-    return timed(polygon_length(places), places, asked.gripper_speed, asked.acceleration).t
+    travelled = polygon_length(places)
+    return timed(travelled, places, asked.gripper_speed, asked.acceleration, asked.jerk).when(travelled)
 
 
 _boundary = lru_cache(maxsize=8)(snap_boundary)

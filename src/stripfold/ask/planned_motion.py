@@ -156,7 +156,10 @@ def at_speed(
         damping=in_solver_units(Release(), material).damping,
         yield_curvature=None if asked.yield_curvature is None else asked.yield_curvature * unit,
         speed=timed(
-            *path.sampled(SPACING), asked.gripper_speed / material.scales["m s-1"], asked.acceleration / strip.gravity
+            *path.sampled(SPACING),
+            asked.gripper_speed / material.scales["m s-1"],
+            asked.acceleration / strip.gravity,
+            None if asked.jerk is None else asked.jerk * material.scales["s"] / strip.gravity,
         ),
         ridge=None if ridge is None else Ridge(*(of / unit for of in ridge)),
         options=TIME_OPTIONS,

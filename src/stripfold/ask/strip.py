@@ -328,6 +328,7 @@ class Strip:
         yield_curvature: float | None = None,
         speed: float | None = None,
         acceleration: float = 0.5,
+        jerk: float | None = None,
         flatness: float = 5e-4,
         table_friction: float | None = None,
         curl: float = 0.0,
@@ -353,8 +354,9 @@ class Strip:
             distance of the gripper from where the strip snaps, and length of the tool that has to clear the table.
         friction_moment, yield_curvature
             M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which may hold a strip that snaps without.
-        speed, acceleration
-            Largest ones of the gripper, m/s and m/s^2.  With a speed the best path is followed in time, too; without
+        speed, acceleration, jerk
+            Largest ones of the gripper, m/s, m/s^2 and m/s^3; the jerk is that along the path, unlimited where it is not
+            given.  With a speed the best path is followed in time, too; without
             one it is timed for 0.1 m/s.
         flatness
             Height of the wrinkles that may be in the flat strip, m: a push that makes them grow ranks a path last.
