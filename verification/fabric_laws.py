@@ -23,8 +23,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
 from plots.pieces import PATH_LOOKS, note
-from stripfold.ask.fabric import TABLE
 from stripfold import elastica
+from stripfold.ask.fabric import TABLE
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.material import GRAVITY

@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 from plots.all_materials import MOMENT
 from plots.pieces import LENGTH_TITLE, note
 from stripfold import elastica, paths
-from stripfold.ask.friction import bisected, lost_with
 from stripfold.ask.fabric import TABLE
+from stripfold.ask.friction import bisected, lost_with
 from stripfold.ask.inputs import PlanInputs
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material

@@ -2,18 +2,21 @@
 
 Each strip has a true eta_b, a true friction between its layers and a gripper that is a little off, drawn from what the
 planner is told.  A chain of point masses that shares no code with it follows the chosen path in time, with stretch, a
-floor that rubs and free lift-off; its fold is compared with what the plan states.  And what comes of each path of a
+floor that rubs and free lift-off, and for some MuJoCo, a public engine; their folds are compared with what the plan
+states.  And what comes of each path of a
 strip that is known, over its length: how far it snaps, and how far its fold is off with friction between the layers.
 Source: docs/plan.md.
 """
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
 from collections.abc import Sequence
 from functools import partial
-from math import ceil
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,15 +27,17 @@ from stripfold.ask.inputs import PlanInputs, Release, Strip
 from stripfold.ask.outcome import NORMAL_95, Outcome, outcome_of
 from stripfold.ask.plan import candidates, choose
 from stripfold.base.arrays import Array
-from stripfold.draw.colours import GREEN
+from stripfold.base.errors import StripfoldError
+from stripfold.draw.colours import BLACK, GREEN, GREY, VERMILLION
 from stripfold.draw.style import figure, styled
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
 from verification.chain import Chain
-from verification.common import Progress, attempted, dataset, grid, pooled, table
+from verification.common import ONE_CORE, Progress, attempted, dataset, grid, pooled, table
 from verification.numbers import Facts, Number
+from verification.peers import FOLDER
 
-UNITS = {"s": "seconds", "m": "median most error paper"}
+UNITS = {"s": "seconds", "m": "median most error engine paper"}
 
 LENGTH, ETA_B, SPEED = (8.5, 30.0), (820.0, 30200.0), (0.05, 0.15)
 """What is drawn: strip length, L*, evenly; eta_b, m^-4 s^2, and the gripper's speed, m/s, by their logarithms."""
@@ -48,6 +53,8 @@ SPACING, LEAST = 0.06, 0.04
 """Of the chain's nodes, L*; and the least thickness of which it has the stretch, L*."""
 REST = 50.0
 """Duration for which the gripper stands at the end, sqrt(L*/g)."""
+ENGINE = {"spacing": 0.12, "each": 0.05}
+"""Of MuJoCo: distance of its points, L*, and of the times at which it is told the way, sqrt(L*/g)."""
 
 
 def case(number: int, seed: int) -> PlanInputs:
@@ -68,19 +75,23 @@ def case(number: int, seed: int) -> PlanInputs:
 def run(
     cases: int = 2,
     followed: int = 1,
+    engine: int = 1,
     lengths: Sequence[float] = (9.0, 16.0),
     seed: int = 1,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Plan for the first random strips of the sequence that ``seed`` starts; the first ``followed`` by the chain, too.
+    """Plan for the first random strips of the sequence that ``seed`` starts.
+
+    The first ``followed`` are followed by the chain, too, and the first ``engine`` of these by MuJoCo, where it is
+    installed.
 
     Dataset over ``case``: the chosen path, "failed" where there is none; ``median`` and 95 % quantile, ``most``, of the
-    error of its fold; the least such quantile of the paper's three paths, ``paper``; the chain's ``error``, nan of
-    those that are not followed; whether the best one snaps; seconds of the plan; messages.  Over ``shown`` and
-    ``length``: :func:`known`.
+    error of its fold; the least such quantile of the paper's three paths, ``paper``; the chain's ``error`` and the
+    ``engine``'s, nan of those that are not followed; whether the best one snaps; seconds of the plan; messages.  Over
+    ``shown`` and ``length``: :func:`known`.
     """
-    rows = pooled(partial(numbered, seed=seed, followed=followed), range(cases), threads, progress)
+    rows = pooled(partial(numbered, seed=seed, followed=followed, engine=engine), range(cases), threads, progress)
     values = grid(known, KNOWN, {"shown": list(SHOWN), "length": lengths}, threads, progress)
     of = table("case", rows, {"seed": seed}, units=UNITS)
     return of.merge(dataset(values, {}))
@@ -97,11 +108,11 @@ def known(path: str, length: float) -> dict[str, float]:
     return {"drop": found.drop / UNIT, "energy": energy, "off": found.error[1] / UNIT}
 
 
-def numbered(number: int, seed: int, followed: int) -> dict[str, Any]:
+def numbered(number: int, seed: int, followed: int, engine: int = 0) -> dict[str, Any]:
     """The case of this number."""
     asked = case(number, seed)
     row: dict[str, Any] = {"case": number, "path": "failed", "snaps": 0.0}
-    row |= dict.fromkeys(("median", "most", "paper", "error"), np.nan)
+    row |= dict.fromkeys(("median", "most", "paper", "error", "engine"), np.nan)
     began = perf_counter()
     found, message = attempted(lambda: choose(asked.model_copy(update={"speed": None}))[0])
     row |= {"seconds": perf_counter() - began, "message": message}
@@ -111,33 +122,73 @@ def numbered(number: int, seed: int, followed: int) -> dict[str, Any]:
     row |= {"path": best.name, "median": best.error[0], "most": best.error[1], "snaps": float(best.drop != 0.0)}
     row["paper"] = min(outcome.error[1] for outcome in found if outcome.name in PAPER)
     if number < followed:
-        row["error"] = by_chain(asked, best, np.random.default_rng([seed, number, 1]))
+        truth = Truth.drawn(asked, best, np.random.default_rng([seed, number, 1]))
+        row["error"] = by_chain(truth)
+        if number < engine:
+            row["engine"] = by_engine(truth)
     return row
 
 
-def by_chain(asked: PlanInputs, best: Outcome, random: np.random.Generator) -> float:
-    """The error of the fold of a chain with a true strip and gripper, m."""
-    eta_b = asked.eta_b * random.uniform(1.0 - UNCERTAINTY, 1.0 + UNCERTAINTY)
-    off, mu = random.normal(0.0, ACCURACY / NORMAL_95), random.uniform(0.0, FRICTION)
-    strip = Strip(length=asked.length, eta_b=eta_b)
-    unit, second = strip.gravity_length, strip.material.scales["s"]
-    travelled, places = best.path.curve.sampled(best.path.spacing)
-    motion = timed(travelled, places, asked.gripper_speed, asked.acceleration)
+class Truth(NamedTuple):
+    """A true strip, its friction with the floor, and its gripper's way: places, L*, at times, sqrt(L*/g)."""
+
+    strip: Strip
+    mu: float
+    t: Array
+    way: Array
+
+    @classmethod
+    def drawn(cls, asked: PlanInputs, best: Outcome, random: np.random.Generator) -> Truth:
+        """One of those that the planner was told of, on the path that it chose."""
+        eta_b = asked.eta_b * random.uniform(1.0 - UNCERTAINTY, 1.0 + UNCERTAINTY)
+        off, mu = random.normal(0.0, ACCURACY / NORMAL_95), random.uniform(0.0, FRICTION)
+        strip = Strip(length=asked.length, eta_b=eta_b)
+        unit, second = strip.gravity_length, strip.material.scales["s"]
+        travelled, places = best.path.curve.sampled(best.path.spacing)
+        motion = timed(travelled, places, asked.gripper_speed, asked.acceleration)
+        t = np.append(np.arange(0.0, motion.t[-1], ENGINE["each"] * second), motion.t[-1])
+        s = np.array([motion.lam(float(time)) for time in t])
+        way = np.column_stack([np.interp(s, travelled, of) for of in places.T]) / unit
+        # A gripper that is off has grasped the strip where it should.
+        way[:, 0] += off / unit * np.minimum(s / unit, 1.0)
+        way[:, 1] = np.maximum(way[:, 1], 0.0)
+        return cls(strip, mu, t / second, way)
+
+    @property
+    def drag(self) -> float:
+        """Of air on a fall, per mass, sqrt(g/L*)."""
+        return Release().air * self.strip.material.scales["s"]
+
+    def off(self, places: Array) -> float:
+        """Error of a fold, m; ``places``: of points at equal distances, L*, shape (n, 2)."""
+        length = self.strip.length_star
+        folded = half_fold(length).folded.at(np.linspace(0.0, length, len(places)))
+        return self.strip.gravity_length * float(np.linalg.norm(places - folded, axis=1).max())
+
+
+def by_chain(truth: Truth) -> float:
+    """The error of the fold of a chain of point masses, m."""
+    strip = truth.strip
     chain = Chain.of(strip.length_star, max(strip.material.relative_thickness, LEAST), SPACING)
-    t = np.arange(0.0, motion.t[-1] / second, chain.step) * second
-    # Between the planned times the speed is linear.
-    at = np.array([motion.lam(float(time)) for time in t[::50]])
-    s = np.interp(t, t[::50], at)
-    way = np.column_stack([np.interp(s, travelled, of) for of in places.T]) / unit
-    # A gripper that is off has grasped the strip where it should.
-    way[:, 0] += off / unit * np.minimum(s / unit, 1.0)
-    way[:, 1] = np.maximum(way[:, 1], 0.0)
-    still = np.tile(way[-1], (ceil(REST / chain.step), 1))
-    state, drag = chain.flat(), Release().air * second
-    for part in (way, still):
-        chain.follow(state, part, drag, mu=mu)
-    folded: Array = half_fold(strip.length_star).folded.at(chain.arc)
-    return unit * float(np.linalg.norm(state[:2].T - folded, axis=1).max())
+    t = np.arange(0.0, truth.t[-1] + REST, chain.step)
+    way, state = np.column_stack([np.interp(t, truth.t, of) for of in truth.way.T]), chain.flat()
+    chain.follow(state, way, truth.drag, mu=truth.mu)
+    return truth.off(state[:2].T)
+
+
+def by_engine(truth: Truth) -> float:
+    """The error of the fold of MuJoCo's rod, m; nan where it is not installed."""
+    python = FOLDER / ".venv" / "bin" / "python"
+    if not python.exists():
+        return float("nan")
+    case = {"length": truth.strip.length_star, "spacing": ENGINE["spacing"], "mu": truth.mu, "drag": truth.drag}
+    scene = json.dumps([case | {"t": truth.t.tolist(), "way": truth.way.tolist()}])
+    done = subprocess.run(
+        [python, FOLDER / "mujoco_fold.py"], input=scene, capture_output=True, text=True, env=os.environ | ONE_CORE
+    )
+    if done.returncode:
+        raise StripfoldError(f"MuJoCo ended with an error: {done.stderr[-300:]}")
+    return truth.off(np.array(json.loads(done.stdout)["places"][0]))
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -162,6 +213,17 @@ def facts(d: xr.Dataset) -> Facts:
     }
 
 
+def of_engine(d: xr.Dataset) -> list[Facts]:
+    """None where it is not installed."""
+    known = np.isfinite(d.engine.values)
+    apart = np.abs(d.engine - d.error).values[known]
+    if not known.any():
+        return []
+    inside = int((d.engine <= d.most).values[known].sum())
+    differ = {"apart": 1e3 * np.median(apart), "farthest": 1e3 * apart.max(), "largest": 1e3 * d.engine.max()}
+    return [{"inside": inside, "count": known.sum(), "least": int(np.floor(0.85 * known.sum())), **differ}]
+
+
 # fmt: off
 NUMBERS = {
     facts: (
@@ -180,22 +242,36 @@ NUMBERS = {
             "median time of a plan with its table, one core, warm process; the longest {longest:.2g} s",
             lambda f: f.seconds <= 3.0 and f.longest <= 10.0),
     ),
+    of_engine: (
+        Number("plan_engine", "inside", "count", ">= {least} of {count}",
+            "of {count} of these folds those that are off by at most as much by MuJoCo, a public engine; its errors "
+            "differ from the chain's by {apart:.2g} mm in the median and by at most {farthest:.2g} mm, the largest is "
+            "{largest:.2g} mm", lambda f: f.inside >= f.least),
+    ),
 }
 # fmt: on
 
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw (a) how far strips snap on each path, over their length, and (b) how far their folds are off."""
+    """Draw (a) how far strips snap on each path, over their length, (b) how far their folds are off, and (c) the errors
+    of random strips by the chain and the engine below what the plan states."""
     fig = figure(2.8)
-    axes = fig.subplots(1, 2)
+    axes = fig.subplots(1, 3)
     for path, (label, how) in SHOWN.items():
         of = data.sel(shown=path)
-        for ax, name in zip(axes, ("drop", "off"), strict=True):
+        for ax, name in zip(axes, ("drop", "off"), strict=False):
             ax.plot(of["length"], of[name], color=how.color, marker=how.marker, ms=3, label=label)
     axes[0].set(ylabel="height of the snap$\\,/\\,L^*$", title="(a)")
     axes[1].set(ylabel="fold off by$\\,/\\,L^*$", title="(b)", yscale="log")
-    for ax in axes:
+    for ax in axes[:2]:
         ax.set_xlabel("length of the strip$\\,/\\,L^*$")
-    fig.legend(*axes[0].get_legend_handles_labels(), fontsize=7, loc="outside upper center", ncols=4)
+    both = data.isel(case=np.flatnonzero(np.isfinite(data.error.values))[:20])
+    number = np.arange(both.sizes["case"])
+    axes[2].vlines(number, 1e3 * both["median"], 1e3 * both["most"], color=GREY, lw=3, label="plan: median to 95 %")
+    axes[2].plot(number, 1e3 * both["error"], "o", color=BLACK, ms=3, label="chain of masses")
+    axes[2].plot(number, 1e3 * both["engine"], "x", color=VERMILLION, ms=4, label="MuJoCo")
+    axes[2].set(xlabel="random strip", ylabel="fold off by [mm]", title="(c)", ylim=(0.0, None))
+    handles = [handle for ax in axes[::2] for handle in ax.get_legend_handles_labels()[0]]
+    fig.legend(handles=handles, fontsize=7, loc="outside upper center", ncols=4)
     return fig

@@ -374,7 +374,7 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--path", metavar="MINE.csv", help="a path of yours to rank among the known ones: t,x,z")
     _log_options(parser)
     options(parser, PlanInputs, ("max_snap", "max_slide", "margin", "tool", "layer_friction"))
-    text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*, or M_0 over 4 B]: the R-path needs friction"
+    text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*, of more friction M_0 / 4 B]"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
     options(parser, PlanInputs, ("speed", "acceleration", "jerk", "flatness", "table_friction", "curl"))
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")

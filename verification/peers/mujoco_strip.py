@@ -95,4 +95,5 @@ def equilibrium(scene, elements, moving, steps):
     return {"s": s.tolist(), "place": data.flexvert_xpos[:, [0, 2]].tolist(), "steps": taken}
 
 
-answer("mujoco-core", {"equilibrium": equilibrium})
+if __name__ == "__main__":
+    answer("mujoco-core", {"equilibrium": equilibrium})

@@ -394,7 +394,7 @@ def assess(
 ) -> PathAssessment:
     """Assess a path: with friction in steps, without along the branch; with friction between the layers in time, too.
 
-    ``yield_curvature``: kappa_y of the hysteresis, 1/m, or the usual one.  ``refinement``: factor on all element lengths.
+    ``yield_curvature``: kappa_y of the hysteresis, 1/m, or the usual one.  ``refinement``: factor on element lengths.
     ``compare``: whether to follow the path on another mesh, too.
 
     Raises InvalidInputError: bad input; SolveError: statics that could not be computed.  A fall or a motion that could

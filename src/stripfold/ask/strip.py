@@ -355,7 +355,7 @@ class Strip:
         friction_moment, yield_curvature
             M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which may hold a strip that snaps without.
         speed, acceleration, jerk
-            Largest ones of the gripper, m/s, m/s^2 and m/s^3; the jerk is that along the path, and unlimited where it is
+            Largest ones of the gripper, m/s, m/s^2 and m/s^3; the jerk is that along the path, unlimited if it is
             not given.  With a speed the best path is followed in time, too; without one it is timed for 0.1 m/s.
         flatness
             Height of the wrinkles that may be in the flat strip, m: a push that makes them grow ranks a path last.

@@ -73,7 +73,7 @@ WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 def effects_of(
     law: str, strength: float, yield_curvature: float | None = None, bending: MomentCurvature | None = None
 ) -> Effects:
-    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*, or the usual one); none for strength 0.
+    """The effects of a law, "pull" or "hysteresis", this with kappa_y, 1/L*, or the usual one; none for strength 0.
 
     ``bending``: law of bending in place of the linear one.
     """

@@ -312,8 +312,8 @@ Two per cent of the largest curvature of the critical state at z = 3 L* (2.69/L*
 folding, and large enough for the spring not to be far stiffer than the strip itself.
 """
 STIFFEST = 4.0
-"""Largest stiffness of friction that sticks, in units of the bending stiffness: where one element slides and the next one
-sticks, with much stiffer ones the elements decide whether a strip of real cloth, M_0 from 0.2 to 1.3, is followed."""
+"""Largest stiffness of friction that sticks, in units of the bending stiffness: with a much larger one the elements,
+each of which sticks or slides, decide whether a strip of real cloth, M_0 from 0.2 to 1.3, is followed."""
 CELL = 0.005
 """Length of the fixed cells that keep kappa_p where elements move, L*."""
 
