@@ -256,8 +256,8 @@ NUMBERS = {
 def draw(data: xr.Dataset) -> Figure:
     """Draw (a) how far strips snap on each path, over their length, (b) how far their folds are off, and (c) the errors
     of random strips by the chain and the engine below what the plan states."""
-    fig = figure(2.8)
-    axes = fig.subplots(1, 3)
+    fig = figure(5.0)
+    axes = list(fig.subplot_mosaic([["a", "b"], ["c", "c"]]).values())
     for path, (label, how) in SHOWN.items():
         of = data.sel(shown=path)
         for ax, name in zip(axes, ("drop", "off"), strict=False):
@@ -273,5 +273,5 @@ def draw(data: xr.Dataset) -> Figure:
     axes[2].plot(number, 1e3 * both["engine"], "x", color=VERMILLION, ms=4, label="MuJoCo")
     axes[2].set(xlabel="random strip", ylabel="fold off by [mm]", title="(c)", ylim=(0.0, None))
     handles = [handle for ax in axes[::2] for handle in ax.get_legend_handles_labels()[0]]
-    fig.legend(handles=handles, fontsize=7, loc="outside upper center", ncols=4)
+    fig.legend(handles=handles, fontsize=7, loc="outside upper center", ncols=3)
     return fig
