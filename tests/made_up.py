@@ -1,9 +1,18 @@
-"""What several tests read: a made-up collapse, a picture of a fold, and the commands' small input files."""
+"""What several tests read or call: a made-up collapse, a fold's picture, commands' inputs, paths in L* assessed."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from typing import Any
+
 import numpy as np
 import xarray as xr
+
+from stripfold.ask.assess import PathAssessment, assess
+from stripfold.ask.inputs import PathInputs
+from stripfold.base.material import Material
+from stripfold.paths import FoldPath
+from stripfold.paths.curve import GripperPath
 
 INPUTS = {
     "grid.yaml": "{length: 0.6, model: rod, height: [0.06, 0.09], eta_b: [2000, 3780]}",
@@ -78,3 +87,20 @@ def until_touch(data: xr.Dataset) -> xr.Dataset:
     """The same, as it is when only the way to the first touch was asked for."""
     keep = (data["phase"].values == "before") | (data["time"].values <= TOUCH)
     return data.isel(state=np.flatnonzero(keep)).assign(settle_time=np.nan)
+
+
+def assess_path(
+    material: Material,
+    length: float,
+    path: GripperPath,
+    *,
+    yield_curvature: float | None = None,
+    refinement: float = 1.0,
+    compare: bool = True,
+    **given: Any,
+) -> PathAssessment:
+    """Assess a path in L* for a strip of ``length``, m; ``given`` are the other inputs."""
+    unit = material.gravity_length
+    asked = PathInputs(**asdict(material), length=length, **given)
+    own = FoldPath(path.name, length, unit, path.scaled(unit))
+    return assess(asked, own, yield_curvature=yield_curvature, refinement=refinement, compare=compare)

@@ -16,8 +16,7 @@ import pytest
 import yaml
 
 import stripfold as sf
-from filmed import write_video
-from filmed_truth import onset_of
+from filmed import onset_of, write_video
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
 from stripfold.cli import main

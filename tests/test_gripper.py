@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from oracles.clamped_elastica import longest_stable
+from oracles.elastica import longest_stable
 from stripfold import elastica
 from stripfold.ask.prediction import ElasticaPrediction, clamped_end
 from stripfold.base.arrays import Array, Index

@@ -1,17 +1,26 @@
-"""Input models: sound input passes; a wrong unit by a factor 1000, no number and no strip are refused."""
+"""Input models: sound input passes; what is outside its limits, no number or misspelt is refused by name."""
 
 from __future__ import annotations
 
+import pkgutil
 import re
+from collections.abc import Iterator
+from importlib import import_module
+from math import inf, nan
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import stripfold
 import stripfold as sf
 from stripfold import elastica
-from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, Scene
+from stripfold.ask.collapse import in_solver_units
+from stripfold.ask.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, Release, Scene, Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
+from stripfold.base.validation import Input
 from stripfold.film.request import EtaRequest
 
 TYPICAL = {"length": 0.6, "height": 0.09, "eta_b": 3780.0, "eta_m": 1e-3}
@@ -192,3 +201,123 @@ def test_a_measured_length_in_another_unit(given, meant):
 def test_a_margin_in_another_unit():
     with pytest.raises(InvalidInputError, match=r"margin = 10.* 10 mm is 0\.01 m"):
         sf.Strip(length=0.5, eta_b=3770.0).plan(margin=10.0)
+
+
+SOUND = {
+    "length": 0.6, "eta_b": 3780.0, "height": 0.09, "values": [1.0, 2.0], "from": 0.0, "to": 1.0, "count": 3,
+    "columns": "t,x,z", "unit": "m", "frame": "0,0", "marker": 7, "size": 0.02,
+}  # fmt: skip
+"""Values of keys that a model requires."""
+BEYOND = {"minimum": lambda x: x - 1e-6 * max(1.0, abs(x)), "maximum": lambda x: x + 1e-6 * max(1.0, abs(x))}
+NO_NUMBERS = (nan, inf, -inf, "0.5", "", True, [1.0], {}, 1j, 10**400)
+
+
+def models() -> list[type[Input]]:
+    """All input models of the package."""
+    for module in pkgutil.walk_packages(stripfold.__path__, "stripfold."):
+        # Kernels have no inputs, and would be compiled.
+        if not module.name.endswith("__main__") and ".kernels." not in module.name:
+            import_module(module.name)
+
+    def below(model: type[Input]) -> Iterator[type[Input]]:
+        for one in model.__subclasses__():
+            yield one
+            yield from below(one)
+
+    return sorted(set(below(Input)), key=lambda model: (model.__module__, model.__name__))
+
+
+def sound(model: type[Input]) -> dict[str, Any] | None:
+    """Input that the model takes, or nothing where it needs more than :data:`SOUND` has."""
+    given = {key: SOUND[key] for key, field in model.model_fields.items() if field.is_required() and key in SOUND}
+    try:
+        model(**given)
+    except InvalidInputError:
+        return None
+    return given
+
+
+MODELS = [(model, given) for model in models() if (given := sound(model)) is not None]
+NUMBERS = [
+    pytest.param(model, given, name, part, id=f"{model.__name__}.{name}")
+    for model, given in MODELS
+    for name, part in model.model_json_schema()["properties"].items()
+    if "number" in {part.get("type"), *(one.get("type") for one in part.get("anyOf", ()))}
+]
+
+
+def refused_by(model: type[Input], given: dict[str, Any]) -> InvalidInputError:
+    with pytest.raises(InvalidInputError) as caught:
+        model(**given)
+    return caught.value
+
+
+def test_most_models_are_met():
+    assert len(MODELS) >= 12
+    assert len(NUMBERS) >= 60
+
+
+@pytest.mark.parametrize(("model", "given", "name", "part"), NUMBERS)
+def test_a_number(model: type[Input], given: dict[str, Any], name: str, part: dict[str, Any]):
+    allowed = [one.get("const") for one in part.get("anyOf", ())]
+    values = [value for value in NO_NUMBERS if value not in allowed]
+    values += [change(part[limit]) for limit, change in BEYOND.items() if limit in part]
+    values += [part[limit] for limit in ("exclusiveMinimum", "exclusiveMaximum") if limit in part]
+    for value in values:
+        error = refused_by(model, {**given, name: value})
+        assert error.key.split(".")[0] == name, value
+        assert error.allowed
+
+
+@pytest.mark.parametrize(("model", "given"), MODELS, ids=lambda one: getattr(one, "__name__", ""))
+def test_a_misspelt_key_is_named_with_the_right_one(model: type[Input], given: dict[str, Any]):
+    known = list(model.model_fields)
+    wrong = f"{known[0]}x"
+    error = refused_by(model, {**given, wrong: 1.0})
+    assert wrong in str(error)
+    assert any(key in f"{error.allowed} {error.advice}" for key in known)
+
+
+@pytest.mark.parametrize(("model", "given"), MODELS, ids=lambda one: getattr(one, "__name__", ""))
+def test_a_required_key_that_is_missing_is_named(model: type[Input], given: dict[str, Any]):
+    for key in given:
+        assert refused_by(model, {name: value for name, value in given.items() if name != key}).key == key
+
+
+STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
+
+
+def test_solver_units() -> None:
+    asked = Simulation(**STRIP, disturbance=-0.02, speed=0.1, air=3.0, stiffness=0.01, until="touch")
+    star = (3780.0 * 9.81) ** (-1 / 3)
+    time = (star / 9.81) ** 0.5
+    fall = in_solver_units(asked, asked.material)
+    assert asked.time_unit == pytest.approx(time)
+    assert fall.disturbance == pytest.approx(-0.02 * time / star)
+    assert fall.speed == pytest.approx(0.1 * time / star)
+    assert fall.damping.air == pytest.approx(3.0 * time)
+    assert fall.damping.stiffness == pytest.approx(0.01 / time)
+    assert not fall.to_rest
+
+
+def test_resolved_keys_give_the_same() -> None:
+    asked = Simulation(**STRIP, air=1.0)
+    assert Simulation(**asked.as_config()) == asked
+
+
+@pytest.mark.parametrize("text", ["- 1\n- 2\n", "length: [", "", "just words"])
+def test_a_file_that_is_no_scene(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(text)
+    with pytest.raises(InvalidInputError, match=r"scene\.yaml"):
+        Simulation.read(path)
+
+
+def test_no_file() -> None:
+    with pytest.raises(InvalidInputError, match="nowhere"):
+        Simulation.read("nowhere.yaml")
+
+
+def test_the_projects_own_scene() -> None:
+    asked = Simulation.read(Path(__file__).parents[1] / "workflow/config/collapse.yaml")
+    assert Release(**{key: getattr(asked, key) for key in Release.model_fields}) == Release()

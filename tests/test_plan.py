@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from assessing import assess_path
+from made_up import assess_path
 from stripfold import elastica
 from stripfold.ask import plan as planner
 from stripfold.ask.friction import lost_with

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import stripfold as sf
-from assessing import assess_path
+from made_up import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main

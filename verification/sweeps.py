@@ -35,7 +35,12 @@ def run(
     """
     rng = np.random.default_rng(seed)
     rows = [_sweep(model, count, checked, rng, threads) for model, count in (("elastica", elastica), ("rod", rod))]
-    paths: dict[str, object] = {"question": "assess", "path": list(PLANS), "length": {"from": 0.25, "to": 0.9}, "model": "rod"}
+    paths: dict[str, object] = {
+        "question": "assess",
+        "path": list(PLANS),
+        "length": {"from": 0.25, "to": 0.9},
+        "model": "rod",
+    }
     paths |= {"eta_b": {"from": ETA_B[0], "to": ETA_B[1]}, "samples": assessed, "seed": seed}
     found, wall, *_ = _swept(json.dumps(paths), threads)
     values = {name: ("model", [row[name] for row in rows]) for name in rows[0]}

@@ -18,7 +18,7 @@ from stripfold.base.progress import Percent
 from stripfold.files import schema, store
 from stripfold.film.recording import Entries
 from stripfold.synthetic.calibration import Calibration, board_of
-from stripfold.synthetic.history import History
+from stripfold.synthetic.history import History, with_lead
 from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor, encode, tick, timeline
@@ -38,8 +38,6 @@ def history_of(scene: Scene) -> History:
         from stripfold.synthetic.shapes import history
     if scene.filming.plate is None:
         return history(scene)
-    from stripfold.synthetic.lead import with_lead
-
     return with_lead(history(scene), scene)
 
 

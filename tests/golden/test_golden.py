@@ -1,22 +1,33 @@
-"""Numbers that must not move: each by the public API or a command, within its stated error of numbers.csv.
+"""Numbers and words that must not move: each by the public API or a command, within its stated error.
 
-The values were stored once, from the paper's runs and the studies of a release; no test computes them anew.
+The values were stored once, from the paper's runs and the studies of a release; no test computes them anew.  Numbers of
+numbers.csv, lambda at the snap in the films of films.csv, the paper's runs as ``make all`` stored them against
+results.csv, and what each command prints, in transcripts.txt.
 """
 
 from __future__ import annotations
 
 import csv
+import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import pytest
+import xarray as xr
+import yaml
 
+import made_up
 import stripfold as sf
+from sessions import run_session
 from stripfold import elastica
 from stripfold.ask.inputs import PlanInputs
 from stripfold.ask.outcome import outcome_of
 from stripfold.ask.plan import candidates
+from stripfold.cli import main
 
 HERE = Path(__file__).parent
 GRAVITY = 9.81
@@ -235,3 +246,112 @@ def compare(group: str, found: dict[str, float]) -> None:
         if not abs(value - expected[name].value) <= expected[name].tolerance
     ]
     assert not wrong, "\n".join(wrong)
+
+
+FRICTION = {"820": 0.04, "3780": 0.03, "12700": 0.02, "30200": 0.01}
+"""M_0 of the strips, rho_a g L*^2."""
+LENGTH = 20.0
+"""Of the strips, L*."""
+
+
+def scene(eta_b: str, height: float, speed: float, seed: int) -> dict[str, Any]:
+    """The scene of a film; the height in L*, the speed in m/s."""
+    unit = (float(eta_b) * 9.81) ** (-1.0 / 3.0)
+    field = max(8.0, 1.6 * height * 480 / 360) * unit
+    x = (-0.5 * LENGTH + elastica.critical(height).advance - 1.0) * unit
+    share = field / 0.32
+    return {
+        "length": LENGTH * unit,
+        "eta_b": float(eta_b),
+        "height": height * unit,
+        "speed": speed,
+        "strip": {"width": 0.02 * share},
+        "gripper": {"marker_size": 0.024 * share, "offset": [0.0, -0.032 * share], "finger": 0.003 * share},
+        "filming": {
+            "size": [480, 360],
+            "target": [x, 0.8 * height * unit - 0.5 * unit],
+            "field": field,
+            "distance": 3.0 * field,
+            "log_offset": 0.2,
+            "codec": "mjpeg",
+            "frame_rate": 20.0,
+        },
+        "generator": "dynamics",
+        "motion": {
+            "friction_moment_star": FRICTION[eta_b],
+            "before": 0.25 * unit,
+            "after": 0.8,
+            "eta_m": 1e-3,
+            "model": "rod",
+            "refinement": 1.0,
+        },
+        "seed": seed,
+    }
+
+
+def films() -> list[Any]:
+    """Rows of films.csv; one of them belongs to the quick tests."""
+    with (Path(__file__).parent / "films.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    marks = {True: (), False: (pytest.mark.slow,)}
+    return [pytest.param(row, marks=marks[row["quick"] == "1"], id=f"{row['eta_b']}-{row['seed']}") for row in rows]
+
+
+@pytest.mark.parametrize("row", films())
+def test_lambda_at_the_snap(row: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    made = scene(row["eta_b"], float(row["height"]), float(row["speed"]), int(row["seed"]))
+    file, folder = tmp_path / "scene.yaml", tmp_path / "film"
+    file.write_text(yaml.safe_dump(made), encoding="utf-8")
+    assert main(["record", str(file), "--output", str(folder), "--quiet"]) == 0
+    capsys.readouterr()
+    found = sf.measure(folder).to_dict()
+    assert found["snap"]
+    assert found["lambda_event"] == pytest.approx(float(row["lambda_event"]), abs=float(row["sd"]))
+
+
+RESULTS = Path(os.environ.get("STRIPFOLD_RESULTS", HERE.parents[1] / "results"))
+
+with (HERE / "results.csv").open(encoding="utf-8", newline="") as _file:
+    ROWS = {name: list(rows) for name, rows in groupby(csv.DictReader(_file), key=lambda row: row["file"])}
+
+
+def selected(data: xr.Dataset, variable: str, where: str) -> float:
+    """The value at the place that ``where`` names: labels of a material, path or law, or an index."""
+    found = data[variable]
+    for part in where.split():
+        axis, label = part.split("=")
+        labels = data.get(f"{axis}_label")
+        index = int(label) if labels is None else [str(one) for one in labels.values].index(label)
+        found = found.isel({axis: index})
+    return float(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", ROWS)
+def test_results_of_the_paper(file: str):
+    path = RESULTS / f"{file}.nc"
+    if not path.exists():
+        pytest.skip(f"{path} is not there: `make all` makes it")
+    with xr.open_dataset(path) as data:
+        found = [(row, selected(data, row["variable"], row["where"])) for row in ROWS[file]]
+    wrong = [
+        f"{row['variable']} {row['where']}: {value!r}, stored {row['value']} +- {row['tolerance']}"
+        for row, value in found
+        if not abs(value - float(row["value"])) <= float(row["tolerance"])
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+TEXT = (Path(__file__).parent / "transcripts.txt").read_text(encoding="utf-8")
+SESSIONS = {name: text for name, text in re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S)}
+
+
+@pytest.mark.parametrize("name", SESSIONS)
+def test_transcript(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    for file, text in made_up.INPUTS.items():
+        (tmp_path / file).write_text(text)
+    run_session(SESSIONS[name], f"transcript {name}", capsys, 1e-3)
