@@ -259,6 +259,7 @@ def test_damaged_parts_are_redone_and_the_users_files_kept(interrupted):
         ({"height": {"from": -1.7e308, "to": 1.7e308, "count": 3}}, r"height.from = -1.7e\+308 .* from 0 to 1e\+09"),
         ({"height": {"from": 0.05, "to": 0.1, "count": 3}, "samples": 9}, r"height.count = 3 .* no count"),
         ({"question": "map"}, r"question = 'map' .* one of critical, assess, plan"),
+        ({"question": ["plan"]}, r"question = \['plan'\] .* one of critical, assess, plan"),
         ({"question": "plan"}, r"height = 0.09 .* only the keys goal, length"),
         ({"seed": 1}, r"samples is missing"),
         ({"height": [90, 120]}, r"height = 90.0 .* less than the length, 0.6 m"),

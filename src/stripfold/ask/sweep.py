@@ -95,7 +95,7 @@ class Grid:
             raise InvalidInputError("grid", given, "keys and values")
         keys = {str(key): value for key, value in given.items()}
         name = keys.pop("question", "critical")
-        if name not in QUESTIONS:
+        if not isinstance(name, str) or name not in QUESTIONS:
             raise InvalidInputError("question", name, f"one of {', '.join(QUESTIONS)}")
         question, drawn = QUESTIONS[name], None
         if draw := {key: keys.pop(key) for key in Samples.model_fields if key in keys}:
