@@ -153,7 +153,8 @@ class Outcome:
         if self.candidate.gripper == "turning":
             said.append("the gripper clamps and turns as the path says")
         if asked.friction_moment is not None and not self.with_friction:
-            said.append("all this without the friction in bending, with which it is lost or cannot be followed")
+            lost = ", with which it is lost or cannot be followed" if self.candidate.gripper == "hinge" else ""
+            said.append(f"all this without the friction in bending{lost}")
         if isfinite(self.tool_room):
             said.append(f"a tool of at most {1e3 * self.tool_room:.0f} mm clears the table")
         return "; ".join(said)
