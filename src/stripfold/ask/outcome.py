@@ -191,7 +191,8 @@ def outcome_of(
     slides on its table; without, one that slips is not folded.
     """
     follower = _Follower(asked, candidate, slides)
-    there = {} if known is None else {verdict.asked.eta_b: verdict for verdict in known.verdicts}
+    # Verdicts with friction are none without.
+    there = {} if known is None or known.with_friction else {of.asked.eta_b: of for of in known.verdicts}
     verdicts: list[PathAssessment] = []
     moment, failure, error, hold_friction, slips = None, "", (nan, inf), nan, False
     rubbed = follower.with_friction(strips, say) if known is None or known.with_friction else None
