@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stripfold.ask.collapse import in_solver_units
+from stripfold.ask.friction import REFINEMENT
 from stripfold.ask.inputs import PathInputs, Release
 from stripfold.ask.second_gripper import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
@@ -410,6 +411,8 @@ def assess(
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     fall = in_solver_units(Release(), material) if asked.fall else None
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
+    if asked.friction_moment is not None and asked.model == "rod":
+        refinement *= REFINEMENT
     if asked.step is not None:
         if asked.step > unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"

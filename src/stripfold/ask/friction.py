@@ -46,7 +46,8 @@ MOST_TRIALS = 30
 """Strengths that are tried in a search."""
 Held = TypeVar("Held")
 REFINEMENT = 0.7
-"""Factor on the elements' lengths: with longer ones what is needed is a fifth off."""
+"""Factor on the lengths of a rod's elements with friction: with longer ones what is needed is a fifth off, and strips
+are lost where one of them begins to slide."""
 
 HISTORY = "lifted on the line of no horizontal force without friction, then advanced at constant height"
 """The way to each place of the boundary."""

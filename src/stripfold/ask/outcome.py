@@ -16,7 +16,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.ask.assess import PathAssessment, assess
-from stripfold.ask.friction import REFINEMENT, SPARE, lost_with
+from stripfold.ask.friction import SPARE, lost_with
 from stripfold.ask.inputs import PathInputs, PlanInputs, Strip
 from stripfold.ask.planned_motion import ACCURATE, at_speed
 from stripfold.base.arrays import Array
@@ -275,8 +275,7 @@ class _Follower:
         how: dict[str, Any] = {}
         if moment is not None:
             inputs = inputs.model_copy(update={"friction_moment": moment, "step": STEP * strip.gravity_length})
-            # With longer elements strips are lost where one of them begins to slide.
-            how = {"yield_curvature": asked.yield_curvature, "refinement": REFINEMENT}
+            how = {"yield_curvature": asked.yield_curvature}
         return assess(inputs, self.candidate.path, compare=False, **how)
 
     @property
