@@ -119,10 +119,10 @@ def test_points_of_the_sag_say_which_eta_b_fits(hanging: tuple[Array, Array, Arr
         monitor = sf.Monitor(sf.Strip(length=0.45, eta_b=eta_b))
         exact = monitor.update(x, z, points, accuracy=1e-4)
         assert exact.eta_b == pytest.approx(3780.0, rel=0.01)
-        for _ in range(10):
+        for _ in range(5):
             fit = monitor.update(x, z, points + random.normal(0.0, 5e-4, points.shape), accuracy=5e-4)
             inside.append(fit.low <= 3780.0 <= fit.high)
-    assert 17 <= sum(inside) <= 20
+    assert 8 <= sum(inside) <= 10
     one = monitor.update(x[-1], z[-1], points[-1])
     assert one.low < 3780.0 < one.high
     assert one.high - one.low > 2.0 * (fit.high - fit.low)

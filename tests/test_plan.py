@@ -160,9 +160,9 @@ class TestOutcomes:
     def test_friction_of_real_cloth_is_in_the_fold(self) -> None:
         """Of the wool of the table, beside the paper's solid with that friction: millimetres instead of a tenth."""
         wool = sf.fabric("wool tropical")
-        given = wool.values | {"eta_b_uncertainty": 0.0, "length": 0.3, "gripper_accuracy": 0.0, "layer_friction": 0.0}
+        given = wool.values | {"eta_b_uncertainty": 0.0, "length": 0.2, "gripper_accuracy": 0.0, "layer_friction": 0.0}
         found, without = followed("low", **given), followed("low", **given | {"friction_moment": None})
-        strip = sf.Strip(length=0.3, eta_b=wool.eta_b, rho_a=wool.rho_a)
+        strip = sf.Strip(length=0.2, eta_b=wool.eta_b, rho_a=wool.rho_a)
         solid = strip.assess(found.path, friction_moment=wool.friction_moment)
         assert found.error[0] == pytest.approx(solid.shape_error, rel=0.1)
         assert found.error[0] > 10.0 * without.error[1]

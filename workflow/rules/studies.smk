@@ -4,6 +4,7 @@
 TIMED = {
     "accuracy",
     "benchmark",
+    "effects",
     "falls",
     "folding_plans",
     "order",
