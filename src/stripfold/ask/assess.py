@@ -411,7 +411,7 @@ def assess(
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     fall = in_solver_units(Release(), material) if asked.fall else None
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
-    if asked.friction_moment is not None and asked.model == "rod":
+    if asked.model == "rod" and (asked.friction_moment is not None or asked.bending_test is not None):
         refinement *= REFINEMENT
     if asked.step is not None:
         if asked.step > unit * curve.length:
