@@ -33,7 +33,7 @@ def in_turn(paths: list[Path]) -> list[Any]:
 def test_there_are_ten_short_ones():
     assert len(EXAMPLES) == 10
     for path in EXAMPLES:
-        assert 20 <= len(path.read_text(encoding="utf-8").splitlines()) <= 70, path.name
+        assert 20 <= len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
 
 
 @pytest.mark.parametrize("path", in_turn(EXAMPLES))

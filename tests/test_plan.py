@@ -168,6 +168,17 @@ class TestOutcomes:
         assert found.error[0] > 10.0 * without.error[1]
         assert found.sufficient_moment is None  # nothing snaps without it
 
+    def test_friction_of_real_cloth_loses_no_strip(self) -> None:
+        """With M_0 of half the weight per length L* a strip follows the circular path, as the solid says; the rod's
+        elements, each of which sticks or slides, must not decide."""
+        strip = sf.Strip(length=15.0 * star(ETA_B), eta_b=ETA_B)
+        moment = 0.5 * 9.81 * strip.rho_a * strip.gravity_length**2
+        path = sf.paths.circular(strip)
+        rod, solid = (strip.assess(path, model=model, friction_moment=moment) for model in ("rod", "solid"))
+        assert rod.stable
+        assert solid.stable
+        assert rod.touch_x == pytest.approx(solid.touch_x, abs=0.02 * star(ETA_B))
+
     def test_what_friction_loses_is_stated_without_and_ranks_last(self) -> None:
         """A path on which the strip is lost with the friction of the table's cotton, its strip 12.5 L* long."""
         cotton = sf.fabric("Cotton Broadcloth")

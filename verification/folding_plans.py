@@ -53,8 +53,10 @@ SPACING, LEAST = 0.06, 0.04
 """Of the chain's nodes, L*; and the least thickness of which it has the stretch, L*."""
 REST = 50.0
 """Duration for which the gripper stands at the end, sqrt(L*/g)."""
-ENGINE = {"spacing": 0.12, "each": 0.05}
-"""Of MuJoCo: distance of its points, L*, and of the times at which it is told the way, sqrt(L*/g)."""
+EACH = 0.05
+"""Distance of the times at which chain and engine are told the way, sqrt(L*/g)."""
+ENGINE_SPACING = 0.12
+"""Of MuJoCo's points, L*."""
 
 
 def case(number: int, seed: int) -> PlanInputs:
@@ -146,7 +148,7 @@ class Truth(NamedTuple):
         unit, second = strip.gravity_length, strip.material.scales["s"]
         travelled, places = best.path.curve.sampled(best.path.spacing)
         motion = timed(travelled, places, asked.gripper_speed, asked.acceleration)
-        t = np.append(np.arange(0.0, motion.t[-1], ENGINE["each"] * second), motion.t[-1])
+        t = np.append(np.arange(0.0, motion.t[-1], EACH * second), motion.t[-1])
         s = np.array([motion.lam(float(time)) for time in t])
         way = np.column_stack([np.interp(s, travelled, of) for of in places.T]) / unit
         # A gripper that is off has grasped the strip where it should.
@@ -181,14 +183,14 @@ def by_engine(truth: Truth) -> float:
     python = FOLDER / ".venv" / "bin" / "python"
     if not python.exists():
         return float("nan")
-    case = {"length": truth.strip.length_star, "spacing": ENGINE["spacing"], "mu": truth.mu, "drag": truth.drag}
-    scene = json.dumps([case | {"t": truth.t.tolist(), "way": truth.way.tolist()}])
+    case = {"length": truth.strip.length_star, "spacing": ENGINE_SPACING, "mu": truth.mu, "drag": truth.drag}
+    scene = json.dumps(case | {"t": truth.t.tolist(), "way": truth.way.tolist()})
     done = subprocess.run(
         [python, FOLDER / "mujoco_fold.py"], input=scene, capture_output=True, text=True, env=os.environ | ONE_CORE
     )
     if done.returncode:
         raise StripfoldError(f"MuJoCo ended with an error: {done.stderr[-300:]}")
-    return truth.off(np.array(json.loads(done.stdout)["places"][0]))
+    return truth.off(np.array(json.loads(done.stdout)))
 
 
 def facts(d: xr.Dataset) -> Facts:

@@ -83,7 +83,8 @@ def _swept(grid: str, cores: int) -> tuple[xr.Dataset, float, float, float]:
         source.write_text(grid, encoding="utf-8")
         before = processor_time()
         (wall,), _, memory = timed_process(command("sweep", str(source), "--output", str(file), "--cores", str(cores)))
-        return store.read(file), wall, processor_time() - before, memory
+        used = processor_time() - before
+        return store.read(file), wall, used, memory
 
 
 def _apart(found: xr.Dataset, model: str) -> float:

@@ -234,15 +234,10 @@ def sweep(arguments: argparse.Namespace, say: Say) -> str:
     grid = read_yaml(arguments.grid, "grid", "length: 0.6")
     import numpy as np
 
-    from stripfold.ask.sweep import run
+    from stripfold.ask.sweep import question_of, run
 
     found = run(grid, arguments.output, arguments.cores, say)
-    counted = {
-        "critical": {"snap": "lambda_c", "touch": "lambda_touch"},
-        "assess": {"assessed": "stable"},
-        "plan": {"planned": "outcome_error"},
-    }[grid.get("question", "critical")]
-    known = {what: found[name].notnull().values for what, name in counted.items()}
+    known = {what: found[name].notnull().values for what, name in question_of(grid).counted.items()}
     counts = {"cases": int(found.reason.size)} | {what: int(of.sum()) for what, of in known.items()}
     failed, file = found.reason.values[~np.any(list(known.values()), axis=0)], str(arguments.output)
     if arguments.json:

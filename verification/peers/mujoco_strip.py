@@ -30,46 +30,51 @@ STRIP = """
   <option timestep="{step}" gravity="0 0 -1" integrator="discrete" solver="Newton" tolerance="1e-12"/>
   <size memory="200M"/>
   <worldbody>
-    <geom type="plane" size="0 0 1" pos="0 0 {below}" condim="1"/>
+    <geom type="plane" size="0 0 1" pos="0 0 {below}" {contact}/>
     <flexcomp name="strip" type="grid" dim="1" count="{count} 1 1" spacing="{spacing} 1 1" pos="{middle} 0 0"
         mass="{length}" radius="{radius}">
       <edge equality="true" solref="{hard}" solimp="0.9999 0.9999 0.001"/>
       <elasticity young="{young}"/>
-      <contact condim="1" selfcollide="none" solref="{hard}" solimp="0.9999 0.9999 0.001"/>
+      <contact {contact} selfcollide="none" solref="{hard}" solimp="0.9999 0.9999 0.001"/>
     </flexcomp>
   </worldbody>
 </mujoco>
 """
 
 
-def model_of(scene, elements, step):
-    length = scene["length"]
+def strip_of(length, elements, step, rate, middle, contact='condim="1"'):
+    """A flat strip whose end points are moved by hand: its model and data, and the bodies of its points.
+
+    ``rate``: damping of all velocities, sqrt(g/L*).  ``middle``: place of its middle, L*.  ``contact``: of the floor.
+    """
     text = STRIP.format(
         step=step,
         below=-RADIUS,
         count=elements + 1,
         spacing=length / elements,
-        middle=length / 2.0,
+        middle=middle,
         length=length,
         radius=RADIUS,
         young=4.0 / (np.pi * RADIUS**4),
         hard=f"{-STIFFNESS} {-DAMPING}",
+        contact=contact,
     )
-    return mujoco.MjModel.from_xml_string(text)
-
-
-def equilibrium(scene, elements, moving, steps):
-    """``moving`` steps of the gripper's way, then as many as it takes, with one time step after the other."""
-    model = model_of(scene, elements, steps[0])
+    model = mujoco.MjModel.from_xml_string(text)
     bodies = [model.body(f"strip_{i}").id for i in range(elements + 1)]
-    model.body_mass[bodies] = scene["length"] / elements
+    model.body_mass[bodies] = length / elements
     model.body_mass[[bodies[0], bodies[-1]]] = HEAVY
     data = mujoco.MjData(model)
     mujoco.mj_setConst(model, data)
     data.xfrc_applied[[bodies[0], bodies[-1]], 2] = HEAVY
     for body in bodies[1:-1]:
         at = model.body_dofadr[body]
-        model.dof_damping[at : at + 3] = RATE * model.body_mass[body]
+        model.dof_damping[at : at + 3] = rate * model.body_mass[body]
+    return model, data, bodies
+
+
+def equilibrium(scene, elements, moving, steps):
+    """``moving`` steps of the gripper's way, then as many as it takes, with one time step after the other."""
+    model, data, bodies = strip_of(scene["length"], elements, steps[0], RATE, scene["length"] / 2.0)
     along, up = (model.body_dofadr[bodies[0]] + axis for axis in (0, 2))
     way = np.array([[0.0, 0.0], [CORNER[0], CORNER[1] * scene["height"]], [scene["lam"], scene["height"]]])
     done = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])

@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from stripfold.ask.inputs import MOST_UNCERTAIN
 from stripfold.base.errors import InvalidInputError
 
 TABLE = Path(__file__).with_name("fabrics.csv")
 """Weight, bending rigidity and, where the source has it, hysteresis, with the sources."""
-LARGEST = 0.5
-"""Largest relative uncertainty of eta_b that a plan takes."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def fabrics() -> tuple[Fabric, ...]:
         Fabric(
             name=row["name"],
             eta_b=(ends := _ends(row))[0],
-            eta_b_uncertainty=min(ends[1] or usual, LARGEST),
+            eta_b_uncertainty=min(ends[1] or usual, MOST_UNCERTAIN),
             rho_a=float(row["areal_density_kg_per_m2"]),
             friction_moment=0.5 * float(row["2HB_N"]) if row["2HB_N"] else None,
             source=row["source"],
@@ -96,13 +95,11 @@ def fabric(name: str) -> Fabric:
     """
     known = {one.name.casefold(): one for one in fabrics()}
     asked = " ".join(name.casefold().split())
-    begins = [key for key in known if key.startswith(asked)] if asked else []
-    if asked in known or len(begins) == 1:
-        return known[asked if asked in known else begins[0]]
-    # A longer name of the trade, as broadcloth.
-    longer = [key for key in known if asked.startswith(key.rpartition(" (")[0] or key)]
-    if len(longer) == 1:
-        return known[longer[0]]
+    # Its beginning, or a longer name of the trade, as broadcloth.
+    begins = [key for key in known if asked and key.startswith(asked)]
+    meant = begins or [key for key in known if asked.startswith(key.rpartition(" (")[0] or key)]
+    if asked in known or len(meant) == 1:
+        return known[asked if asked in known else meant[0]]
     near = get_close_matches(asked, known, 1)
     names = ", ".join(one.name for one in fabrics())
     raise InvalidInputError("fabric", name, f"one of {names}", f"did you mean {known[near[0]].name}?" if near else "")

@@ -49,6 +49,8 @@ LARGEST_PUSH, MAX_COMPRESSION = 2.75, 0.9
 height: from there on the strip snaps at that push, where the force on one node decides (docs/hard-cases.md)."""
 MAX_MU = 5.0
 """Largest coefficient of friction; those of fabrics on fabrics are 0.2 to 1."""
+MOST_UNCERTAIN = 0.5
+"""Largest relative uncertainty of eta_b that a plan takes."""
 UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
 
@@ -391,7 +393,9 @@ class MapInputs(Strip):
 class PlanInputs(Curled):
     """A strip to be folded, how well it is known, and what the robot may do."""
 
-    eta_b_uncertainty: Annotated[Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=0.5)] = 0.2
+    eta_b_uncertainty: Annotated[
+        Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=MOST_UNCERTAIN)
+    ] = 0.2
     goal: Annotated[
         Literal["accurate", "gentle", "quick"], Field(description="what makes a path better than another")
     ] = "accurate"

@@ -14,7 +14,6 @@ from stripfold.ask.map import gripper_map
 from stripfold.ask.strip import Strip
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.material import GRAVITY
 from stripfold.elastica import with_friction
 from stripfold.elastica.boundary import LENGTHS
 
@@ -138,11 +137,8 @@ class Monitor:
         places = np.column_stack([np.atleast_1d(np.asarray(given, dtype=float)) for given in (x, z)])
         points = np.asarray(point, dtype=float).reshape(-1, 2)
         if points.shape != places.shape or not (np.isfinite(points).all() and np.isfinite(places).all()):
-            given, allowed = (
-                f"{len(points)} of them",
-                f"one, x and z in m, for each of {len(places)} places of the gripper",
-            )
-            raise InvalidInputError("point", given, allowed)
+            allowed = f"one, x and z in m, for each of {len(places)} places of the gripper"
+            raise InvalidInputError("point", f"{len(points)} of them", allowed)
         if not accuracy > 0.0:
             raise InvalidInputError("accuracy", accuracy, "a number greater than 0 m")
         offset, unit = np.array([0.5 * self.strip.length, 0.0]), self.strip.gravity_length
@@ -172,7 +168,7 @@ class Monitor:
             raise InvalidInputError(
                 "point", points.tolist(), allowed, f"the nearest such strip is {1e3 * misfit:.2g} mm off"
             )
-        eta_b = [float(1.0 / (GRAVITY * exp(log_unit + 1.96 * by * sd) ** 3)) for by in (0.0, 1.0, -1.0)]
+        eta_b = [float(1.0 / (self.strip.gravity * exp(log_unit + 1.96 * by * sd) ** 3)) for by in (0.0, 1.0, -1.0)]
         return Fit(*eta_b)
 
 

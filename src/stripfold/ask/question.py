@@ -37,22 +37,28 @@ class Question:
 
     Attributes
     ----------
+    name
+        What it is called in a grid.
     inputs
         The model of a case; the fields of ``keys`` may be given.
     keys
         Of a grid, the slowest first.
     numbers, texts
         What is found.
+    counted
+        Numbers that are known of a case with a result, by what such cases are called.
     chunk
         Most cases that are solved in a row: what an interruption loses.
     answer
         Finds it for a case; raises StripfoldError: there is no result.
     """
 
+    name: str
     inputs: type[Strip]
     keys: tuple[str, ...]
     numbers: tuple[str, ...]
     texts: tuple[str, ...]
+    counted: Mapping[str, str]
     chunk: int
     answer: Callable[[Case], dict[str, Any]]
 
@@ -128,15 +134,18 @@ def _plan(case: Case) -> dict[str, Any]:
 
 
 CRITICAL = Question(
+    name="critical",
     inputs=Scene,
     # Cases in a row share the elastica at their height, which those of one L* have.
     keys=("eta_b", "height", "length", "eta_m", "nu", "model", "accuracy"),
     numbers=("lambda_c", "lambda_touch", "error", "model_error", "solid_error", "free_length"),
     texts=("reason",),
+    counted={"snap": "lambda_c", "touch": "lambda_touch"},
     chunk=100,
     answer=_critical,
 )
 ASSESS = Question(
+    name="assess",
     inputs=OnPath,
     keys=(
         *("path", "length", "eta_b", "eta_m", "nu", "rho_a", "model", "fall", "flatness", "curl", "gripper"),
@@ -148,10 +157,12 @@ ASSESS = Question(
         *("peak_force", "peak_push", "flatness_ratio", "hold_friction"),
     ),
     texts=("reason",),
+    counted={"assessed": "stable"},
     chunk=100,
     answer=_assess,
 )
 PLAN = Question(
+    name="plan",
     inputs=PlanInputs,
     keys=(
         *("goal", "length", "eta_b", "eta_m", "rho_a", "eta_b_uncertainty", "gripper_accuracy", "layer_friction"),
@@ -162,7 +173,8 @@ PLAN = Question(
         *("outcome_hold_friction", "outcome_duration"),
     ),
     texts=("outcome_path", "reason"),
+    counted={"planned": "outcome_error"},
     chunk=10,
     answer=_plan,
 )
-QUESTIONS = {"critical": CRITICAL, "assess": ASSESS, "plan": PLAN}
+QUESTIONS = {question.name: question for question in (CRITICAL, ASSESS, PLAN)}

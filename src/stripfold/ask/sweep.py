@@ -46,7 +46,6 @@ LARGEST = 1e9
 """Largest end of a range: the limits of no key are wider."""
 MOST_CASES = 200_000
 """Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
-MANY = f"a whole number from 2 to {MOST_CASES}"
 CHUNKS = 32
 """Chunks of a small grid or of one of the elastica, at most: enough to keep the cores equally busy."""
 LOCK = "in_use"
@@ -79,7 +78,7 @@ class Grid:
     The cases are all combinations or, where they are ``drawn``, each place of the lists; ``given``: from what.
     """
 
-    question: str
+    question: Question
     values: dict[str, list[Any]]
     listed: tuple[str, ...]
     drawn: Samples | None = None
@@ -93,11 +92,8 @@ class Grid:
         """
         if not isinstance(given, Mapping):
             raise InvalidInputError("grid", given, "keys and values")
-        keys = {str(key): value for key, value in given.items()}
-        name = keys.pop("question", "critical")
-        if not isinstance(name, str) or name not in QUESTIONS:
-            raise InvalidInputError("question", name, f"one of {', '.join(QUESTIONS)}")
-        question, drawn = QUESTIONS[name], None
+        question, drawn = question_of(given), None
+        keys = {str(key): value for key, value in given.items() if key != "question"}
         if draw := {key: keys.pop(key) for key in Samples.model_fields if key in keys}:
             drawn = Samples(**draw)
         axes = {key: _values(key, value, drawn) for key, value in keys.items()}
@@ -115,7 +111,8 @@ class Grid:
         for key in listed:
             if drawn is None and len(set(checked_values[key])) < len(checked_values[key]):
                 raise InvalidInputError(key, keys[key], "values of which no two are alike")
-        grid, refused = cls(name, {key: checked_values[key] for key in question.keys}, listed, drawn, keys), None
+        whole, refused = {key: checked_values[key] for key in question.keys}, None
+        grid = cls(question, whole, listed, drawn, keys)
         for number in range(grid.count):
             try:
                 question.inputs(**grid.case(number))
@@ -126,11 +123,6 @@ class Grid:
         # No case is possible, as with a wrong unit.
         assert refused is not None
         raise refused
-
-    @property
-    def asks(self) -> Question:
-        """The question."""
-        return QUESTIONS[self.question]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -152,7 +144,7 @@ class Grid:
         """The numbers of the cases, in chunks."""
         size = ceil(self.count / CHUNKS)
         if self.values.get("model") != ["elastica"]:
-            size = min(size, self.asks.chunk)
+            size = min(size, self.question.chunk)
         return [range(first, min(first + size, self.count)) for first in range(0, self.count, size)]
 
     def case(self, number: int) -> dict[str, Any]:
@@ -167,7 +159,15 @@ class Grid:
         said = {key: values if key in self.listed else values[0] for key, values in self.values.items()}
         if self.drawn:
             said |= {key: with_text_keys(self.given[key]) for key in self.listed} | self.drawn.model_dump()
-        return said | ({} if self.question == "critical" else {"question": self.question})
+        return said | ({} if self.question.name == "critical" else {"question": self.question.name})
+
+
+def question_of(given: Mapping[str, Any]) -> Question:
+    """The question of a grid, by default that for critical points; raises InvalidInputError: there is no such one."""
+    name = given.get("question", "critical")
+    if not isinstance(name, str) or name not in QUESTIONS:
+        raise InvalidInputError("question", name, f"one of {', '.join(QUESTIONS)}")
+    return QUESTIONS[name]
 
 
 @checked
@@ -221,7 +221,7 @@ def run(
                 finished += len(chunk)
                 solved(finished / grid.count)
             found = _gathered(grid, parts)
-            store.write(found, file, title=f"{grid.question}: a sweep over strips", config=grid.config())
+            store.write(found, file, title=f"{grid.question.name}: a sweep over strips", config=grid.config())
             for part in parts:
                 part.unlink()
         finally:
@@ -270,7 +270,7 @@ def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
     """
     folder = _folder(file)
     # Parts of another version are of another sweep: one file has one origin.
-    origin = [grid.config(), grid.asks.chunk, CHUNKS, version(), running_commit()]
+    origin = [grid.config(), grid.question.chunk, CHUNKS, version(), running_commit()]
     digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
     parts = {folder / f"{digest}-{number:05d}.nc": chunk for number, chunk in enumerate(grid.chunks)}
     if any(part not in parts for part in folder.glob("*.nc") if re.fullmatch(r"[0-9a-f]{16}-\d{5}", part.stem)):
@@ -285,7 +285,9 @@ def _values(key: str, given: Any, drawn: Samples | None) -> list[Any]:
         with within(key):
             asked = Range.of(given)
             if (asked.count is None) is (drawn is None):
-                how, advice = ("no count", "samples says how many") if drawn else (MANY, "or give samples and no count")
+                how, advice = f"a whole number from 2 to {MOST_CASES}", "or give samples and no count"
+                if drawn is not None:
+                    how, advice = "no count", "samples says how many"
                 raise InvalidInputError("count", MISSING if asked.count is None else asked.count, how, advice)
         return np.linspace(asked.start, asked.to, asked.count or 2).tolist()
     if isinstance(given, list | tuple):
@@ -306,7 +308,7 @@ def _drawn(values: list[Any], between: bool, drawn: Samples, random: np.random.G
 def _is_whole(grid: Grid, part: Path) -> bool:
     """Whether a part is there; a damaged one is solved again."""
     try:
-        store.read(part, grid.asks.found)
+        store.read(part, grid.question.found)
     except InvalidInputError:
         return False
     return True
@@ -415,14 +417,14 @@ class _Sender(QueueHandler):
 
 def solve(grid: Grid, chunk: range, part: Path) -> None:
     """Solve the cases of a chunk and store them in one of :func:`chunk_files`."""
-    rows = [grid.asks.row(grid.case(number)) for number in chunk]
-    found = schema.dataset({name: ("case", [row[name] for row in rows]) for name in grid.asks.found})
+    rows = [grid.question.row(grid.case(number)) for number in chunk]
+    found = schema.dataset({name: ("case", [row[name] for row in rows]) for name in grid.question.found})
     store.write(found, part, title="part of a sweep")
 
 
 def _gathered(grid: Grid, parts: Mapping[Path, range]) -> xr.Dataset:
     """The dataset, part by part."""
-    asks, known = grid.asks, dict[str, str]()
+    asks, known = grid.question, dict[str, str]()
     found: dict[str, Any] = {name: np.empty(grid.count) for name in asks.numbers}
     found |= {name: np.empty(grid.count, dtype=object) for name in asks.texts}
     for part, chunk in parts.items():
@@ -437,6 +439,6 @@ def _gathered(grid: Grid, parts: Mapping[Path, range]) -> xr.Dataset:
         name = NAMES.get(key, key)
         values[name] = ("sample" if grid.drawn else name, grid.values[key])
     values |= {name: (grid.axes, array.reshape(grid.shape)) for name, array in found.items()}
-    same = {key: grid.values[key][0] for key in grid.asks.keys if key not in grid.listed}
+    same = {key: grid.values[key][0] for key in grid.question.keys if key not in grid.listed}
     attrs = {key: int(value) if isinstance(value, bool) else value for key, value in same.items() if value is not None}
     return schema.dataset(values, attrs)

@@ -115,9 +115,8 @@ def follow_in_time(
     ``strip``, ``path``: the strip and the gripper's path, L*.  ``mu``: coefficient of friction between the layers and
     on the floor.  ``moment``: M_0 of the bending hysteresis, rho_a g L*^2.  ``damping``: physical damping.
     ``yield_curvature``: kappa_y of that hysteresis, 1/L*, or the usual one.  ``speed``: of the gripper, sqrt(g L*), or
-    where it is when.
-    ``refinement``: factor on the element lengths, which are shorter where the strip lies on a ``ridge`` of the table.
-    ``progress``: called with a line on how much of the path is done.
+    where it is when.  ``refinement``: factor on the element lengths, which are shorter where the strip lies on a
+    ``ridge`` of the table.  ``progress``: called with a line on how much of the path is done.
 
     Raises SolveError: the first state cannot be computed; TimeStepError: as :func:`.fall.to_rest`.
     """
