@@ -118,7 +118,9 @@ def fails(key: str) -> None:
     raise sf.InvalidInputError(key, 1.0, "another")
 
 
-@pytest.mark.parametrize("start", ["fork", "spawn", "forkserver"])
+@pytest.mark.parametrize(
+    "start", ["forkserver", *(pytest.param(way, marks=pytest.mark.slow) for way in ("fork", "spawn"))]
+)
 def test_sent_from_another_process(start: str) -> None:
     with ProcessPoolExecutor(1, get_context(start)) as pool:
         mine = [made(name) for name in MADE]

@@ -1,21 +1,26 @@
-"""Every example and notebook runs, alone and in a folder of its own, and stays short."""
+"""What is shown runs: the blocks of README and docs, page by page, and every example and notebook, alone.
+
+All in folders of their own; examples stay short.
+"""
 
 from __future__ import annotations
 
 import base64
+import doctest
 import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from sessions import compare
+from sessions import compare, run_session
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -90,3 +95,79 @@ def cells(path: Path) -> list[dict[str, Any]]:
 
 def text(output: dict[str, Any]) -> str:
     return "".join(output.get("text", output.get("data", {}).get("text/plain", [])))
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of a page: where it begins, "python" or "console", and its lines."""
+
+    page: str
+    line: int
+    language: str
+    text: str
+
+
+def pages() -> list[Path]:
+    """The README and the pages of docs that are written by hand."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(page: Path) -> list[Block]:
+    """The blocks of a page marked as ``python``, or as ``console``: commands after "$ ", and what they print.
+
+    Blocks marked as ``sh`` and those without a mark are not run.
+    """
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(page.name, text.count("\n", 0, found.start()) + 1, found[1], found[2])
+        for found in re.finditer(r"^```(python|console)\n(.*?)^```$", text, re.M | re.S)
+    ]
+
+
+PAGES = [page for page in pages() if blocks(page)]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_pages_examples_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").symlink_to(ROOT / "results")
+    names: dict[str, object] = {}
+    for block in blocks(page):
+        if block.language == "python":
+            run_python(block, names)
+        else:
+            run_session(block.text, f"{block.page}, after line {block.line}", capsys)
+
+
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [
+        ("python", "import stripfold\nstripfold.folded"),
+        ("python", ">>> 1 + 1\n3\n"),
+        ("console", "$ stripfold eta --fold-height 0.0272\neta_b        3784.57 m^-4 s^2\n...\n"),
+        ("console", "$ stripfold eta --fold-height 0.0272\n"),
+        ("console", "$ stripfold eta --fold-height 0.0272\n...\nL*           0.0300023 m\n"),
+        ("console", "$ stripfold eta --fold-height 27.2\n...\n"),
+        ("console", "$ stripfold eta --fold-height 27.2\n...\n$ echo $?\n0\n"),
+    ],
+)
+def test_a_broken_one_is_found(language: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    block = Block("page.md", 1, language, text)
+    with pytest.raises((AssertionError, AttributeError)):
+        run_python(block, {}) if language == "python" else run_session(
+            block.text, f"{block.page}, after line {block.line}", capsys
+        )
+
+
+def run_python(block: Block, names: dict[str, object]) -> None:
+    """A program, or a session with ">>>"; blocks of a page share their names."""
+    where = f"{block.page}, line {block.line}"
+    if ">>>" not in block.text:
+        exec(compile("\n" * block.line + block.text, block.page, "exec"), names)
+        return
+    session = doctest.DocTestParser().get_doctest(block.text, names, where, block.page, block.line)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    assert runner.run(session, clear_globs=False).failed == 0, where
+    names |= session.globs

@@ -230,7 +230,7 @@ def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Recordin
     assert found.clock.offset == pytest.approx(0.3, abs=0.02)
 
 
-@pytest.mark.parametrize("turns", [1, 2, 3])
+@pytest.mark.parametrize("turns", [1, *(pytest.param(turns, marks=pytest.mark.slow) for turns in (2, 3))])
 def test_a_camera_may_be_held_in_any_way(snapping: Made, tmp_path: Path, turns: int):
     """Film and pictures as the sensor has them, and how to show them: the same frames, and the same mapping."""
     folder = tmp_path / "turned"

@@ -121,10 +121,10 @@ def test_points_of_the_sag_say_which_eta_b_fits(hanging: tuple[Array, Array, Arr
         assert exact.eta_b == pytest.approx(3780.0, rel=0.01)
         light = sf.Strip(length=0.45, eta_b=3.0 * eta_b, gravity=9.81 / 3.0)  # of the same L*
         assert sf.Monitor(light).update(x, z, points, accuracy=1e-4).eta_b == pytest.approx(3.0 * exact.eta_b)
-        for _ in range(5):
+        for _ in range(3):
             fit = monitor.update(x, z, points + random.normal(0.0, 5e-4, points.shape), accuracy=5e-4)
             inside.append(fit.low <= 3780.0 <= fit.high)
-    assert 8 <= sum(inside) <= 10
+    assert sum(inside) >= 5
     one = monitor.update(x[-1], z[-1], points[-1])
     assert one.low < 3780.0 < one.high
     assert one.high - one.low > 2.0 * (fit.high - fit.low)

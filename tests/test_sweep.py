@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -18,8 +19,9 @@ from stripfold import paths
 from stripfold.ask import critical, sweep
 from stripfold.ask.assess import assess
 from stripfold.ask.inputs import PathInputs, PlanInputs, Scene, Strip
-from stripfold.ask.plan import choose
+from stripfold.ask.plan import FoldingPlan, choose
 from stripfold.ask.question import CRITICAL
+from stripfold.base import processes
 from stripfold.base.errors import InvalidInputError, StripfoldError
 from stripfold.cli import main
 from stripfold.files import store
@@ -179,7 +181,7 @@ def test_parts_of_another_sweep_are_refused_and_left(interrupted):
 def workers(process: int) -> set[int]:
     """The processes that solve for a sweep: its children, but git."""
     found = map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split())
-    return {child for child in found if b"stripfold.ask.sweep" in Path(f"/proc/{child}/cmdline").read_bytes()}
+    return {child for child in found if b"stripfold.base.processes" in Path(f"/proc/{child}/cmdline").read_bytes()}
 
 
 several = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: one process")
@@ -284,3 +286,31 @@ def test_command(capsys, tmp_path, monkeypatch):
     rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     assert (rows["cases"], rows["snap"], rows["touch"], rows["written"]) == ("4", "2", "1", "grid.nc")
     assert rows["no"].startswith("result    1, the first: height = 0.7 cannot be used")
+
+
+class TestProcesses:
+    @pytest.mark.parametrize("count", [1, 2, 3])
+    def test_answers_are_those_of_one_process_in_order(self, count: int) -> None:
+        shares: list[float] = []
+        assert processes.in_order(math.sqrt, range(40), count, shares.append) == [math.sqrt(i) for i in range(40)]
+        assert shares == sorted(shares)
+        assert processes.in_order(math.sqrt, [], count, shares.append) == []
+
+    @pytest.mark.parametrize("count", [1, 2])
+    def test_an_error_anywhere_is_the_error(self, count: int) -> None:
+        with pytest.raises(ValueError, match="math domain error"):
+            processes.in_order(math.sqrt, [4.0, -1.0, *range(20)], count, lambda _: None)
+
+    def test_one_that_is_ended_is_named(self) -> None:
+        with pytest.raises(StripfoldError, match="a process was ended with exit code 3: run it again"):
+            list(processes.elsewhere(os._exit, [3], 1))
+
+    def test_a_plan_is_the_same_by_several(self) -> None:
+        strip = Strip(length=0.26, eta_b=3780.0)
+        one, two = (
+            FoldingPlan.of(PlanInputs(**strip.model_dump(), eta_b_uncertainty=0.0), cores=cores) for cores in (1, 2)
+        )
+        assert one.as_text() == two.as_text()
+        assert [outcome.to_dict() for outcome in one.outcomes] == [outcome.to_dict() for outcome in two.outcomes]
+        with pytest.raises(InvalidInputError, match=r"cores = 1\.5 "):
+            FoldingPlan.of(PlanInputs(**strip.model_dump()), cores=1.5)

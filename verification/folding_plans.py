@@ -105,7 +105,7 @@ def known(path: str, length: float) -> dict[str, float]:
     exact: dict[str, Any] = {"eta_b_uncertainty": 0.0, "gripper_accuracy": 0.0, "layer_friction": FRICTION}
     asked = PlanInputs(**strip.model_dump(), **exact)
     candidate = next(one for one in candidates(asked) if one.name == path)
-    found = outcome_of(asked, candidate, asked.strips, lambda line: None)
+    found = outcome_of(asked, candidate, asked.strips)
     energy = found.energy / asked.material.scales["J m-1"]
     return {"drop": found.drop / UNIT, "energy": energy, "off": found.error[1] / UNIT}
 

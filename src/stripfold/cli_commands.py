@@ -222,6 +222,10 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
 def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", metavar="GRID.yaml", help="values of length, height, eta_b ...: docs/sweep.md")
     parser.add_argument("--output", metavar="SWEEP.nc", help="where to write [the grid's name with .nc, here]")
+    _cores_option(parser)
+
+
+def _cores_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
 
 
@@ -372,6 +376,7 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*, of more friction M_0 / 4 B]"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
     options(parser, PlanInputs, ("speed", "acceleration", "jerk", "flatness", "table_friction", "curl"))
+    _cores_option(parser)
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
     text = "the plan with the path as one JSON object: printed, or written there"
     parser.add_argument("--json", nargs="?", const=True, metavar="PLAN.json", help=text)
@@ -407,7 +412,7 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     if of_path is not None and arguments.path is None:
         raise InvalidInputError(of_path, getattr(arguments, of_path), "this together with path")
     mine = None if arguments.path is None else _read_path(arguments, asked)
-    found = FoldingPlan.of(asked, say, mine)
+    found = FoldingPlan.of(asked, say, mine, arguments.cores)
     writers = {"csv": found.to_csv, "json": found.to_json, "report": found.report}
     targets = {name: target for name in writers if isinstance(target := getattr(arguments, name), Path)}
     for name, target in targets.items():

@@ -202,7 +202,7 @@ def plans() -> Numbers:
     for name, (length, eta_b) in strips.items():
         asked = PlanInputs(length=length, eta_b=eta_b)
         path = next(candidate for candidate in candidates(asked) if candidate.name == name)
-        yield name, outcome_of(asked, path, asked.strips[::2], lambda line: None).margin
+        yield name, outcome_of(asked, path, asked.strips[::2]).margin
 
 
 def second_gripper() -> Numbers:

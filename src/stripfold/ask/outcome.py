@@ -181,7 +181,7 @@ def outcome_of(
     asked: PlanInputs,
     candidate: Candidate,
     strips: Sequence[Strip],
-    say: Callable[[str], None],
+    say: Callable[[str], None] = lambda _: None,
     known: Outcome | None = None,
     slides: bool = False,
 ) -> Outcome:

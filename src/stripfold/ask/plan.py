@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from math import inf, isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
@@ -16,12 +17,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from stripfold import elastica, paths
-from stripfold.ask.inputs import PlanInputs
+from stripfold.ask.inputs import PlanInputs, Strip
 from stripfold.ask.map import gripper_map
 from stripfold.ask.outcome import Candidate, Outcome, outcome_of, times
 from stripfold.ask.planned_motion import InTime, in_time
+from stripfold.base import processes
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, NoPathError
+from stripfold.base.progress import Percent
 from stripfold.base.version import running_commit, version
 from stripfold.elastica.boundary import snap_boundary
 from stripfold.files import schema, store
@@ -142,7 +145,7 @@ def ranked(asked: PlanInputs, outcomes: list[Outcome]) -> list[Outcome]:
 
 
 def choose(
-    asked: PlanInputs, progress: Progress | None = None, path: FoldPath | None = None
+    asked: PlanInputs, progress: Progress | None = None, path: FoldPath | None = None, cores: int | None = 1
 ) -> tuple[list[Outcome], InTime | None]:
     """Rank what comes of all paths, the user's among them, and follow the best in time where a speed is given.
 
@@ -160,7 +163,10 @@ def choose(
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
         raise InvalidInputError("length", asked.length, allowed, "a shorter strip has no fold with aligned edges")
     bounds = asked.strips[::2] if asked.eta_b_uncertainty else asked.strips[1:2]
-    found = ranked(asked, [outcome_of(asked, candidate, bounds, say) for candidate in candidates(asked, path)])
+    # The low path is the shortest run: last, it leaves the least to wait for.
+    known, followed = candidates(asked, path)[::-1], Percent(progress, "following the paths")
+    at_once, work = processes.most(cores, len(known)), partial(_outcome, asked, bounds)
+    found = ranked(asked, processes.in_order(work, known, at_once, followed)[::-1])
     # What slips on the table is no fold, unless all do: then how far the one slides that needs the least friction.
     slides = asked.table_friction is not None and all(outcome.table_slide != 0.0 for outcome in found)
     if slides:
@@ -177,6 +183,10 @@ def choose(
     refused = [Refusal(outcome.name, outcome.excluded or outcome.costs(asked)) for outcome in found]
     least, _, largest = (strip.eta_b for strip in asked.strips)
     raise NoPathError(f"folds the strip as asked for eta_b from {least:.4g} to {largest:.4g}", refused)
+
+
+def _outcome(asked: PlanInputs, strips: Sequence[Strip], candidate: Candidate) -> Outcome:
+    return outcome_of(asked, candidate, strips)
 
 
 def _in_time(asked: PlanInputs, outcome: Outcome, say: Callable[[str], None]) -> InTime | str:
@@ -214,10 +224,16 @@ class FoldingPlan(Result):
     shown = ("path", "error")
 
     @classmethod
-    def of(cls, asked: PlanInputs, progress: Progress | None = None, path: FoldPath | None = None) -> Self:
-        """Choose the best path, of the known ones and a user's."""
+    def of(
+        cls,
+        asked: PlanInputs,
+        progress: Progress | None = None,
+        path: FoldPath | None = None,
+        cores: int | None = None,
+    ) -> Self:
+        """Choose the best path, of the known ones and a user's, in at most ``cores`` processes, by default all."""
         began = perf_counter()
-        outcomes, moved = choose(asked, progress, path)
+        outcomes, moved = choose(asked, progress, path, cores)
         return cls(tuple(outcomes), moved, _waypoints(outcomes[0], asked), asked, perf_counter() - began)
 
     @property

@@ -332,6 +332,7 @@ class Strip:
         flatness: float = 5e-4,
         table_friction: float | None = None,
         curl: float = 0.0,
+        cores: int | None = None,
         progress: Progress | None = None,
     ) -> FoldingPlan:
         """Rank the gripper paths that fold the strip in half by what comes of them (docs/plan.md).
@@ -364,6 +365,8 @@ class Strip:
         curl
             Curvature of the strip without forces, 1/m, positive where the ends of what lies would curl up; margins are
             then not known.
+        cores
+            Most processes at a time, by default one for each core that may be used; one is the calling one.
 
         Raises
         ------
@@ -377,4 +380,4 @@ class Strip:
 
         if path is not None:
             self._check(path)
-        return FoldingPlan.of(self._asked(PlanInputs, locals()), progress, path)
+        return FoldingPlan.of(self._asked(PlanInputs, locals()), progress, path, cores)

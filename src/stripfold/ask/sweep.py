@@ -7,30 +7,22 @@ import logging
 import os
 import re
 import shutil
-import subprocess
-import sys
-import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from hashlib import sha256
-from itertools import islice
-from logging.handlers import QueueHandler
 from math import ceil, prod
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from queue import SimpleQueue
-from signal import SIGKILL, Signals
-from threading import Thread
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field
 
 from stripfold.ask.question import QUESTIONS, Question
+from stripfold.base import processes
 from stripfold.base.arguments import checked, file_name
-from stripfold.base.errors import MISSING, InvalidInputError, StripfoldError
+from stripfold.base.errors import MISSING, InvalidInputError
 from stripfold.base.progress import Percent
 from stripfold.base.validation import Input, Number, Whole, quantity, with_text_keys, within
 from stripfold.base.version import running_commit, version
@@ -207,17 +199,15 @@ def run(
         A process of the sweep was ended from outside.
     """
     grid, file = Grid.of(given), file_name("file", file)
-    if cores is not None and (isinstance(cores, bool) or not isinstance(cores, int) or cores < 1):
-        raise InvalidInputError("cores", cores, "a whole number of at least 1")
+    processes.most(cores, 1)
     with owned(file):
         parts = chunk_files(grid, file)
         try:
             left = [(chunk, part) for part, chunk in parts.items() if not _is_whole(grid, part)]
             solved, finished = Percent(progress, "solved"), grid.count - sum(len(chunk) for chunk, _ in left)
             solved(finished / grid.count)
-            available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-            processes = min(cores or available, available, len(left))
-            for chunk in _one_by_one(grid, left) if processes < 2 else _in_processes(grid, left, processes):
+            at_once, work = processes.most(cores, len(left)), partial(_solved, grid)
+            for chunk in map(work, left) if at_once < 2 else processes.elsewhere(work, left, at_once):
                 finished += len(chunk)
                 solved(finished / grid.count)
             found = _gathered(grid, parts)
@@ -314,105 +304,9 @@ def _is_whole(grid: Grid, part: Path) -> bool:
     return True
 
 
-def _one_by_one(grid: Grid, left: Iterable[Job]) -> Iterator[range]:
-    """Solve chunks in this process."""
-    for chunk, part in left:
-        solve(grid, chunk, part)
-        yield chunk
-
-
-def _in_processes(grid: Grid, left: Iterable[Job], processes: int) -> Iterator[range]:
-    """Solve chunks in new processes, which end with this one.
-
-    Those of multiprocessing would run the user's program again, and may not be started by one another.
-    """
-    waiting, workers = iter(left), dict[Any, subprocess.Popen[bytes]]()
-    try:
-        connection: Any
-        for job in islice(waiting, processes):
-            connection, theirs = Pipe()
-            with theirs:
-                code = f"from stripfold.ask.sweep import work; work({theirs.fileno()})"
-                # -P: a module in the user's working folder must not shadow a library.  In a group of its own: an
-                # interruption from the keyboard reaches this process only, which ends the others.
-                workers[connection] = subprocess.Popen(
-                    [sys.executable, "-P", "-c", code],
-                    stdin=subprocess.DEVNULL,
-                    pass_fds=[theirs.fileno()],
-                    process_group=0,
-                )
-            _send(connection, (grid, logger.getEffectiveLevel()))
-            _send(connection, job)
-        at_work = len(workers)
-        while at_work:
-            for connection in wait(list(workers)):
-                said = _answer(connection, workers[connection])
-                if isinstance(said, logging.LogRecord):
-                    logger.handle(said)
-                    continue
-                if (next_job := next(waiting, None)) is None:
-                    at_work -= 1
-                else:
-                    _send(connection, next_job)
-                yield said
-    finally:
-        for connection, process in workers.items():
-            process.kill()
-            process.wait()
-            connection.close()
-
-
-def _send(connection: Connection, said: Any) -> None:
-    """Send to a process; where it has ended, that is said when its answer is missing."""
-    with suppress(BrokenPipeError):
-        connection.send(said)
-
-
-def _answer(connection: Connection, process: subprocess.Popen[bytes]) -> Any:
-    """The answer of a process, or the error that it answers with."""
-    try:
-        said = connection.recv()
-    except (EOFError, ConnectionResetError):
-        code = process.wait()
-        how = f"by {Signals(-code).name}" if code < 0 else f"with exit code {code}"
-        reason = ", as where memory is short" if code == -SIGKILL else ""
-        kept = "what is solved is kept: run it again to go on, with fewer cores if need be"
-        raise StripfoldError(f"a process of the sweep was ended {how}{reason}; {kept}") from None
-    if isinstance(said, Exception):
-        raise said
-    return said
-
-
-def work(descriptor: int) -> None:
-    """Solve chunks as :func:`_in_processes` asks for them by a connection, until it closes that or ends."""
-    connection, jobs = Connection(descriptor), SimpleQueue[Job]()
-    grid, level = connection.recv()
-
-    def listen() -> None:
-        with suppress(EOFError, ConnectionResetError):
-            while True:
-                jobs.put(connection.recv())
-        os._exit(1)
-
-    Thread(target=listen, daemon=True).start()
-    logger.setLevel(level)
-    logger.addHandler(_Sender(connection))  # type: ignore[arg-type]
-    while True:
-        chunk, part = jobs.get()
-        said: Any = chunk
-        try:
-            solve(grid, chunk, part)
-        except Exception as error:
-            error.add_note(traceback.format_exc())
-            said = error
-        _send(connection, said)
-
-
-class _Sender(QueueHandler):
-    """Sends what is logged, instead of putting it into a queue."""
-
-    def enqueue(self, record: logging.LogRecord) -> None:
-        self.queue.send(record)  # type: ignore[attr-defined]
+def _solved(grid: Grid, job: Job) -> range:
+    solve(grid, *job)
+    return job[0]
 
 
 def solve(grid: Grid, chunk: range, part: Path) -> None:
