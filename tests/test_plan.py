@@ -14,8 +14,9 @@ import stripfold as sf
 from made_up import assess_path
 from stripfold import elastica
 from stripfold.ask import plan as planner
+from stripfold.ask.assess import assess
 from stripfold.ask.friction import lost_with
-from stripfold.ask.inputs import PlanInputs
+from stripfold.ask.inputs import PathInputs, PlanInputs
 from stripfold.ask.outcome import Outcome, outcome_of
 from stripfold.ask.plan import FoldingPlan
 from stripfold.base.errors import InvalidInputError, NoPathError
@@ -24,6 +25,10 @@ from stripfold.paths.geometric import layer_slide
 
 ETA_B = 3780.0
 LIMIT = 1.5861708
+
+
+OF_CLOTH = [("low", 18.0, 1.11), ("triangular", 15.0, 0.95), ("circular", 15.0, 0.5), ("r_path", 21.0, 0.35)]
+"""Paths, lengths, L*, and friction moments, rho_a g L*^2."""
 
 
 def star(eta_b: float) -> float:
@@ -163,23 +168,29 @@ class TestOutcomes:
         assert found.error[0] > 10.0 * without.error[1]
         assert found.sufficient_moment is None  # nothing snaps without it
 
-    def test_friction_of_real_cloth_loses_no_strip(self) -> None:
-        """With M_0 of half the weight per length L* a strip follows the circular path, as the solid says; the rod's
-        elements, each of which sticks or slides, must not decide."""
-        strip = sf.Strip(length=15.0 * star(ETA_B), eta_b=ETA_B)
-        moment = 0.5 * 9.81 * strip.rho_a * strip.gravity_length**2
-        path = sf.paths.circular(strip)
-        rod, solid = (strip.assess(path, model=model, friction_moment=moment) for model in ("rod", "solid"))
+    @pytest.mark.parametrize(
+        ("path", "length", "share"),
+        [("circular", 18.0, 1.11), *(pytest.param(*case, marks=pytest.mark.slow) for case in OF_CLOTH)],
+    )
+    def test_friction_of_real_cloth_loses_no_strip(self, path: str, length: float, share: float) -> None:
+        """With M_0 of 0.22 rho_a g L*^2 and more, the least of a fabric, nothing snaps, and the solid lands there, too:
+        the rod's elements, each of which sticks or slides, must not decide."""
+        strip = sf.Strip(length=length * star(ETA_B), eta_b=ETA_B)
+        moment = share * 9.81 * strip.rho_a * strip.gravity_length**2
+        way = sf.paths.low(strip, star(ETA_B)) if path == "low" else getattr(sf.paths, path)(strip)
+        given = {"length": strip.length, "eta_b": ETA_B, "friction_moment": moment}
+        rod, solid = (assess(PathInputs(**given, model=model), way, compare=False) for model in ("rod", "solid"))
         assert rod.stable
         assert solid.stable
-        assert rod.touch_x == pytest.approx(solid.touch_x, abs=0.02 * star(ETA_B))
+        assert rod.shape_error == pytest.approx(solid.shape_error, rel=0.1)
 
     def test_what_friction_loses_is_stated_without_and_ranks_last(self) -> None:
-        """A path on which the strip is lost with the friction of the table's cotton, its strip 12.5 L* long."""
-        cotton = sf.fabric("Cotton Broadcloth")
-        given = asked(**cotton.values | {"length": 0.3, "eta_b": 7350.0, "eta_b_uncertainty": 0.0})
-        found = planner.ranked(given, [followed(name, **given.model_dump()) for name in ("circular", "triangular")])
-        assert [outcome.name for outcome in found] == ["triangular", "circular"]
+        """A tenth of the least fabric's friction: the circular path snaps with it, too."""
+        strip = sf.Strip(length=15.0 * star(ETA_B), eta_b=ETA_B)
+        moment = 0.02 * 9.81 * strip.rho_a * strip.gravity_length**2
+        given = asked(length=strip.length, eta_b_uncertainty=0.0, friction_moment=moment)
+        found = planner.ranked(given, [followed(name, **given.model_dump()) for name in ("circular", "low")])
+        assert [outcome.name for outcome in found] == ["low", "circular"]
         assert [outcome.with_friction for outcome in found] == [True, False]
         assert "all this without the friction" in found[1].costs(given)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stripfold.ask.collapse import in_solver_units
-from stripfold.ask.friction import REFINEMENT
+from stripfold.ask.friction import refinement_of
 from stripfold.ask.inputs import PathInputs, Release
 from stripfold.ask.second_gripper import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
@@ -411,8 +411,6 @@ def assess(
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     fall = in_solver_units(Release(), material) if asked.fall else None
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
-    if asked.model == "rod" and (asked.friction_moment is not None or asked.bending_test is not None):
-        refinement *= REFINEMENT
     if asked.step is not None:
         if asked.step > unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
@@ -427,6 +425,8 @@ def assess(
                 "friction_moment", asked.friction_moment, "none with the unloading of a bending test"
             )
         law, memory = ("hysteresis", width or moment), True
+    if asked.model == "rod" and (asked.friction_moment is not None or asked.bending_test is not None):
+        refinement *= refinement_of(law[1])
     effects = effects_of(*law, None if yield_curvature is None else yield_curvature * unit, bending)
 
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:

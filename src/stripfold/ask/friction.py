@@ -28,6 +28,7 @@ from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_f
 from stripfold.follow.statics import StripModel, from_flat
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
+from stripfold.strip.effects import STIFFEST, YIELD_CURVATURE
 from stripfold.strip.problem import AlongPath, Motion
 
 PlannedStrip = tuple[Material, float, GripperPath]
@@ -45,9 +46,9 @@ USUAL_STEP = 0.25
 MOST_TRIALS = 30
 """Strengths that are tried in a search."""
 Held = TypeVar("Held")
-REFINEMENT = 0.7
-"""Factor on the lengths of a rod's elements with friction: with longer ones what is needed is a fifth off, and strips
-are lost where one of them begins to slide."""
+REFINEMENT, STRONG_REFINEMENT = 0.7, 0.25
+"""Factors on the lengths of a rod's elements with friction: with longer ones what is needed is a fifth off; and with
+the strong friction of real cloth, with which strips are lost where an element of another length begins to slide."""
 
 HISTORY = "lifted on the line of no horizontal force without friction, then advanced at constant height"
 """The way to each place of the boundary."""
@@ -59,6 +60,11 @@ MOST = 0.25
 """Largest M_0, rho_a g L*^2: with more, at low heights, the elements decide whether a step is followed."""
 LEAST_LYING = 0.5
 """Length of the lying part below which the whole strip counts as lifted, L*."""
+
+
+def refinement_of(moment: float) -> float:
+    """Factor on the lengths of a rod's elements with a friction moment, rho_a g L*^2."""
+    return REFINEMENT if moment <= STIFFEST * YIELD_CURVATURE else STRONG_REFINEMENT
 
 
 def lost_with(
@@ -88,9 +94,11 @@ def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> 
     material, length, path = strip
     unit = material.gravity_length
     kappa_y = None if yield_curvature is None else yield_curvature * unit
-    effects = effects_of("hysteresis", moment / (material.force_scale * unit), kappa_y)
+    strength = moment / (material.force_scale * unit)
+    effects = effects_of("hysteresis", strength, kappa_y)
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
-    first = with_effects(from_flat(model.contact_mesh(REFINEMENT, memory=True), path, model.length), effects)
+    mesh = model.contact_mesh(refinement_of(strength), memory=True)
+    first = with_effects(from_flat(mesh, path, model.length), effects)
     places = chain.from_iterable(
         steps_on(replace(path, pieces=(piece,)), model.length, STEPS.get(piece.name, USUAL_STEP))
         for piece in path.pieces

@@ -7,6 +7,7 @@ planned for it has to slide back, and friction between the layers may keep it (d
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from math import inf, isfinite, isnan, nan
@@ -272,11 +273,18 @@ class _Follower:
         if self.slides:
             given["table_friction"] = asked.table_friction
         inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=fall and moment is None)
-        how: dict[str, Any] = {}
-        if moment is not None:
-            inputs = inputs.model_copy(update={"friction_moment": moment, "step": STEP * strip.gravity_length})
-            how = {"yield_curvature": asked.yield_curvature}
-        return assess(inputs, self.candidate.path, compare=False, **how)
+        if moment is None:
+            return assess(inputs, self.candidate.path, compare=False)
+
+        def in_steps(step: float | None) -> PathAssessment:
+            rubbed = inputs.model_copy(update={"friction_moment": moment, "step": step})
+            return assess(rubbed, self.candidate.path, yield_curvature=asked.yield_curvature, compare=False)
+
+        # What is lost in long steps may not be in short ones.
+        with suppress(SolveError):
+            if (found := in_steps(STEP * strip.gravity_length)).stable:
+                return found
+        return in_steps(None)
 
     @property
     def delay(self) -> float:
