@@ -425,8 +425,8 @@ def assess(
                 "friction_moment", asked.friction_moment, "none with the unloading of a bending test"
             )
         law, memory = ("hysteresis", width or moment), True
-    if asked.model == "rod" and (asked.friction_moment is not None or asked.bending_test is not None):
-        refinement *= refinement_of(law[1])
+    if asked.friction_moment is not None or asked.bending_test is not None:
+        refinement *= refinement_of(asked.model, law[1])
     effects = effects_of(*law, None if yield_curvature is None else yield_curvature * unit, bending)
 
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:

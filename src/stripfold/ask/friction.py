@@ -46,9 +46,9 @@ USUAL_STEP = 0.25
 MOST_TRIALS = 30
 """Strengths that are tried in a search."""
 Held = TypeVar("Held")
-REFINEMENT, STRONG_REFINEMENT = 0.7, 0.25
-"""Factors on the lengths of a rod's elements with friction: with longer ones what is needed is a fifth off; and with
-the strong friction of real cloth, with which strips are lost where an element of another length begins to slide."""
+REFINEMENT = {"rod": (0.7, 0.25), "solid": (1.0, 0.5)}
+"""Factors on the lengths of elements with friction: with longer ones of a rod what is needed is a fifth off; and with
+the strong friction of real cloth, with which strips are lost where a longer element begins to slide."""
 
 HISTORY = "lifted on the line of no horizontal force without friction, then advanced at constant height"
 """The way to each place of the boundary."""
@@ -62,9 +62,9 @@ LEAST_LYING = 0.5
 """Length of the lying part below which the whole strip counts as lifted, L*."""
 
 
-def refinement_of(moment: float) -> float:
-    """Factor on the lengths of a rod's elements with a friction moment, rho_a g L*^2."""
-    return REFINEMENT if moment <= STIFFEST * YIELD_CURVATURE else STRONG_REFINEMENT
+def refinement_of(model: str, moment: float) -> float:
+    """Factor on the lengths of a model's elements with a friction moment, rho_a g L*^2."""
+    return REFINEMENT[model][moment > STIFFEST * YIELD_CURVATURE]
 
 
 def lost_with(
@@ -97,7 +97,7 @@ def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> 
     strength = moment / (material.force_scale * unit)
     effects = effects_of("hysteresis", strength, kappa_y)
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
-    mesh = model.contact_mesh(refinement_of(strength), memory=True)
+    mesh = model.contact_mesh(refinement_of(model.kind, strength), memory=True)
     first = with_effects(from_flat(mesh, path, model.length), effects)
     places = chain.from_iterable(
         steps_on(replace(path, pieces=(piece,)), model.length, STEPS.get(piece.name, USUAL_STEP))

@@ -33,6 +33,8 @@ STEPS = StepOptions(
 LOW = 1e-3
 """Height, L*, below which a gripper beside a layer that lies is on the floor: there the part between them, a beam of
 length (24 z)^(1/4) where nothing is curled, shrinks without bound."""
+LOOP = 2.0
+"""That length over the beam's from which the part beside a gripper on the floor is a loop that friction keeps up."""
 NEAR_FLOOR = 1e-2
 """Arc length to which the landing of a gripper is located: almost all of it is change of that part."""
 FIRST_INTERVAL = 0.02
@@ -204,7 +206,8 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
     if topology[0]:
         changes[zero("take-off of the gripper", lambda point: -height(point), NEAR_FLOOR)] = _taken_off
     elif topology[1] and len(topology) > 2:
-        changes[zero("landing of the gripper", height, NEAR_FLOOR)] = _landed
+        landing = partial(_height_of_landing, problem)
+        changes[zero("landing of the gripper", landing, NEAR_FLOOR)] = _landed
     for i in range(1, len(topology) - 1):
         if topology[i]:
             ends = zero("end of the interval of contact", partial(_length, problem, i))
@@ -223,6 +226,12 @@ def _length(problem: MovingContact, part: int, point: Point) -> float:
 
 def _height_over_low(problem: MovingContact, point: Point) -> float:
     return float(problem.motion.values(point.lam)[:2][-1]) - LOW
+
+
+def _height_of_landing(problem: MovingContact, point: Point) -> float:
+    """Height over LOW; of a loop that stands beside the gripper, which does not land, one that is positive."""
+    loop = problem.contact(point.q)[0] > LOOP * _beside(LOW, problem.mesh.model.curl)
+    return 1.0 if loop else _height_over_low(problem, point)
 
 
 def _landed(at: BranchPoint) -> BranchPoint:
