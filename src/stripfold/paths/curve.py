@@ -107,9 +107,10 @@ class Interpolated(ByValue, Piece):
         return np.maximum(found, [-np.inf, 0.0]) if self.above_floor else found
 
     def rate(self, s: float) -> Array:
-        if len(self.points) > 2:
-            return np.asarray(self._spline[1](s))
-        return np.asarray((self.points[1] - self.points[0]) / (self.travelled[1] - self.travelled[0]))
+        if len(self.points) == 2:
+            return np.asarray((self.points[1] - self.points[0]) / (self.travelled[1] - self.travelled[0]))
+        on_floor = self.above_floor and self._spline[0](s)[1] < 0.0
+        return np.asarray(self._spline[1](s) * (1.0, 0.0 if on_floor else 1.0))
 
     def moved(self, factor: float, x: float) -> Self:
         start, end, points = factor * self.start, factor * self.end, factor * self.points + np.array([x, 0.0])

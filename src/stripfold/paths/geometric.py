@@ -27,8 +27,9 @@ class HalfCircle(Piece):
     centre: float = 0.0
 
     def position(self, s: float) -> Array:
-        angle = s / self.radius
-        return np.array([self.centre - self.radius * cos(angle), self.radius * max(sin(angle), 0.0)])
+        # Zero at both ends, and below the floor behind them: a branch is followed through its end.
+        height = self.radius * sin(min(s, self.end - s) / self.radius)
+        return np.array([self.centre - self.radius * cos(s / self.radius), height])
 
     def rate(self, s: float) -> Array:
         return np.array([sin(s / self.radius), cos(s / self.radius)])
