@@ -196,7 +196,7 @@ def outcome_of(
     there = {} if known is None or known.with_friction else {of.asked.eta_b: of for of in known.verdicts}
     verdicts: list[PathAssessment] = []
     moment, failure, error, hold_friction, slips = None, "", (nan, inf), nan, False
-    rubbed = follower.with_friction(strips, say) if known is None or known.with_friction else None
+    rubbed = follower.with_friction(strips, say, known) if known is None or known.with_friction else None
     try:
         if rubbed is not None:
             moment, verdicts = rubbed
@@ -292,30 +292,33 @@ class _Follower:
         return DELAY / self.asked.material.force_scale
 
     def with_friction(
-        self, strips: Sequence[Strip], say: Callable[[str], None]
+        self, strips: Sequence[Strip], say: Callable[[str], None], known: Outcome | None
     ) -> tuple[float | None, list[PathAssessment]] | None:
         """What the strips do with the friction in bending that is given, and M_0 that holds them; None: they need none.
 
-        It is as much less than there is as the margin and :data:`SPARE` say.  None of both where there is no friction,
-        they do not follow with it, or cannot be followed: what is known without then stands, in which nothing is held.
+        ``known``: what some of them do.  M_0 is as much less than there is as the margin and :data:`SPARE` say.  None
+        of both where there is no friction, they do not follow with it, or cannot be followed: what is known without
+        then stands, in which nothing is held.
         """
         asked, there = self.asked, self.asked.friction_moment
         if there is None or self.candidate.gripper != "hinge":
             return None
         enough = min(there / SPARE, there - (asked.margin or 0.0) / self.delay)
-        followed = [(strip.material, strip.length, self._scaled(strip)) for strip in strips]
+        found = {} if known is None else {verdict.asked.eta_b: verdict for verdict in known.verdicts}
+        moment = None if known is None else known.sufficient_moment
+        new = {strip.eta_b: strip for strip in strips if strip.eta_b not in found}
+        followed = [(strip.material, strip.length, self._scaled(strip)) for strip in new.values()]
         try:
             say(f"{self.candidate.name} path with friction in bending")
-            verdicts = [self.verdict(strip, there) for strip in strips]
-            if not all(isfinite(verdict.shape_error) for verdict in verdicts):
+            found |= {eta_b: self.verdict(strip, there) for eta_b, strip in new.items()}
+            if not all(isfinite(verdict.shape_error) for verdict in found.values()):
                 return None
-            if all(self.verdict(strip, fall=False).stable for strip in strips):
-                return None, verdicts
-            if enough <= 0.0 or lost_with(followed, enough, asked.yield_curvature, say) is not None:
+            held = moment is not None or not all(self.verdict(strip, fall=False).stable for strip in new.values())
+            if held and (enough <= 0.0 or lost_with(followed, enough, asked.yield_curvature, say) is not None):
                 return None
         except SolveError:
             return None
-        return enough, verdicts
+        return enough if held else None, [found[strip.eta_b] for strip in strips]
 
     def _scaled(self, strip: Strip) -> GripperPath:
         return self.candidate.path.curve.scaled(1.0 / strip.gravity_length)
