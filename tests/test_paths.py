@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.track import SNAP, End, forces_of, peak_forces, shape_error
 from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
+from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import RPath, plan_r_path
 
@@ -134,6 +136,19 @@ def table(tmp_path: Path, *rows: str, header: str = "t,x,z") -> Path:
     path = tmp_path / "own.csv"
     path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
     return path
+
+
+@pytest.mark.parametrize("length", [8.3, 15.0, 26.0])
+@pytest.mark.parametrize("make", [geometric.triangular, geometric.circular, lambda length: geometric.low(length, 1.0)])
+def test_slopes_are_those_of_the_places_behind_the_end_too(make: Callable[[float], GripperPath], length: float) -> None:
+    """A branch is followed through the end of a piece; on the floor a path is on it exactly."""
+    path = make(length)
+    for piece in path.pieces:
+        for s in (piece.end - 0.01, piece.end + 0.01):
+            slope = (piece.position(s + 1e-5) - piece.position(s - 1e-5)) / 2e-5
+            np.testing.assert_allclose(piece.rate(s), slope, atol=1e-6)
+    assert path.position(0.0)[1] == 0.0
+    assert 0.0 <= path.position(path.length)[1] < 1e-14
 
 
 def test_own_path_with_times_and_a_pause(tmp_path: Path) -> None:
