@@ -56,7 +56,16 @@ def content(folder: Path) -> dict[Path, bytes]:
     return {path.relative_to(folder): path.read_bytes() if path.is_file() else b"" for path in paths}
 
 
-@pytest.mark.parametrize(("command", "number"), [*zip(COMMANDS, cycle(SIGNALS)), (SWEEP, signal.SIGINT)])
+@pytest.mark.parametrize(
+    ("command", "number"),
+    [
+        (SWEEP, signal.SIGINT),
+        *(
+            pytest.param(*case, marks=[] if case[0].startswith(("assess", "measure")) else [pytest.mark.slow])
+            for case in zip(COMMANDS, cycle(SIGNALS))
+        ),
+    ],
+)
 def test_all_is_as_it_was(inputs: Path, tmp_path: Path, command: str, number: signal.Signals) -> None:
     shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
     before, at = content(tmp_path), COMMANDS.get(command, "limit point")

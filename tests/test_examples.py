@@ -127,7 +127,12 @@ def blocks(page: Path) -> list[Block]:
 PAGES = [page for page in pages() if blocks(page)]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def in_turn_page(page: Path) -> Any:
+    """A case; the plans of docs/plan.md are like those of other pages, and take long."""
+    return pytest.param(page, id=page.stem, marks=[pytest.mark.slow] if page.stem == "plan" else [])
+
+
+@pytest.mark.parametrize("page", [in_turn_page(page) for page in PAGES])
 def test_a_pages_examples_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -302,11 +302,16 @@ def test_a_good_calibration_is_accepted_and_written(
             *("charuco", words(seen.CHARUCO, columns=8), "do not lie as on one of 8 x 5 squares"),
             marks=pytest.mark.slow,
         ),
-        ("charuco", words(seen.CHARUCO, rows=6), "on a board of 7 x 6 squares it is 20"),
+        pytest.param(
+            *("charuco", words(seen.CHARUCO, rows=6), "on a board of 7 x 6 squares it is 20"), marks=pytest.mark.slow
+        ),
         pytest.param(
             *("charuco", words(seen.CHARUCO, dictionary="4x4_50"), "its markers are of 5x5_100"), marks=pytest.mark.slow
         ),
-        ("charuco", words(seen.CHESS, columns=6, rows=4), "another board: ChArUco, its markers are of 5x5_100"),
+        pytest.param(
+            *("charuco", words(seen.CHESS, columns=6, rows=4), "another board: ChArUco, its markers are of 5x5_100"),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_the_wrong_board_is_recognised(

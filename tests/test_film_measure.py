@@ -469,7 +469,11 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: RecordingMeasuremen
 
 
 @pytest.mark.parametrize(
-    "matrix", [[[1, 0, 0], [0, 1, 2.5]], [[1.012, 0, -1.9], [0, 1.012, -1.4]]], ids=["sag", "zoom"]
+    "matrix",
+    [
+        pytest.param([[1, 0, 0], [0, 1, 2.5]], id="sag"),
+        pytest.param([[1.012, 0, -1.9], [0, 1.012, -1.4]], id="zoom", marks=pytest.mark.slow),
+    ],
 )
 def test_a_camera_that_moves_during_the_film_widens_the_interval(
     snapping: Made, found: RecordingMeasurement, matrix: list[list[float]]

@@ -184,7 +184,7 @@ def test_a_hanging_strip_whose_face_is_seen(tilt: float, yaw: float, roll: float
     assert found.fit.linear
 
 
-@pytest.mark.parametrize("width", [0.005, 0.03, 0.06])
+@pytest.mark.parametrize("width", [0.03, *(pytest.param(width, marks=pytest.mark.slow) for width in (0.005, 0.06))])
 def test_the_band_says_how_far_the_far_edge_is(width: float, tmp_path: Path):
     """Without width and focal length, too, as seen from above a face widens the band."""
     picture = photograph(camera(7.0, 3.0, 0.0, (-0.02, 0.03)), folded(), width, 0.06)

@@ -169,6 +169,7 @@ class TestFall:
         path = replace(plan_r_path(16.0).path, gripper="turning")
         return assess_strip(StripModel(16.0, THICKNESS, kind="rod"), path, Fall())
 
+    @pytest.mark.slow
     def test_it_falls_less_far_than_in_a_hinge_and_is_folded(self, fallen: Track) -> None:
         hinged = assess_strip(StripModel(16.0, THICKNESS, kind="rod"), plan_r_path(16.0).path, Fall())
         drops = [size_of_fall(of.states[of.falls[0].start - 1], of.states[of.falls[0]])[0] for of in (fallen, hinged)]

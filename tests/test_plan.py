@@ -160,6 +160,7 @@ class TestOutcomes:
         assert found.drop == 0.0 < found.margin
         assert all(verdict.stable for verdict in found.verdicts)
 
+    @pytest.mark.slow
     def test_friction_of_real_cloth_is_in_the_fold(self) -> None:
         """Of the wool of the table, beside the paper's solid with that friction: millimetres instead of a tenth."""
         wool = sf.fabric("wool tropical")

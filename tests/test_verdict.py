@@ -26,6 +26,7 @@ from stripfold.solve.schemes import Damping
 
 MATERIAL = Material(5000.0)
 UNIT, FORCE = MATERIAL.gravity_length, MATERIAL.force_scale
+RUBBED = {"friction_moment": 0.05 * FORCE * UNIT, "step": 0.25 * UNIT}
 LENGTH = 9.0 * UNIT
 START = (-LENGTH / 2.0, 0.0)
 LOW = geometric.low(9.0, 1.0).sampled(0.1)[1] * UNIT
@@ -172,7 +173,7 @@ class TestTable:
             ends.append(path.position(path.length)[0] - seen.position(path.length)[0])
         assert ends == pytest.approx([0.1851, 0.1851], abs=2e-4)
 
-    @pytest.mark.parametrize("friction", [{}, {"friction_moment": 0.05 * FORCE * UNIT, "step": 0.25 * UNIT}])
+    @pytest.mark.parametrize("friction", [{}, pytest.param(RUBBED, marks=pytest.mark.slow)])
     def test_a_smooth_table_lets_the_strip_follow_its_gripper(self, friction: dict[str, float]) -> None:
         """Once it slides on its R-path it stays as it is, nearly in balance with the table, and is not folded."""
         found = assessed(plan_r_path(12.0).path, 12.0, table_friction=0.1, **friction)
@@ -246,7 +247,8 @@ def test_the_ratio_is_that_of_the_lowest_waves() -> None:
 
 
 @pytest.mark.parametrize(
-    ("share", "rucked"), [pytest.param(0.9, None, marks=pytest.mark.slow), (1.15, False), (1.7, True)]
+    ("share", "rucked"),
+    [(1.7, True), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.9, None), (1.15, False)))],
 )
 def test_a_verdict_in_time_lays_the_strip_on_a_ridge_where_it_may_ruck(share: float, rucked: bool | None) -> None:
     """The flatness as a share of the lowest waves that the push lifts the strip from; a ridge grows from 1.3 on."""
