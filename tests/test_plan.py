@@ -198,6 +198,16 @@ class TestOutcomes:
         assert [outcome.with_friction for outcome in found] == [True, False]
         assert "all this without the friction" in found[1].costs(given)
 
+    def test_what_is_known_with_friction_is_kept(self) -> None:
+        given = asked(length=9.5 * star(ETA_B), eta_b_uncertainty=0.05, friction_moment=1e-5)
+        low = next(candidate for candidate in planner.candidates(given) if candidate.name == "low")
+        bounds = outcome_of(given, low, given.strips[::2])
+        found = outcome_of(given, low, given.strips, known=bounds)
+        assert [verdict.asked.eta_b for verdict in found.verdicts] == [strip.eta_b for strip in given.strips]
+        assert found.verdicts[::2] == bounds.verdicts
+        assert bounds.with_friction
+        assert found.with_friction
+
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
             planner.choose(asked(length=0.22))
