@@ -19,7 +19,7 @@ from logging.handlers import QueueHandler
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from queue import Empty, SimpleQueue
-from signal import SIGKILL, Signals
+from signal import Signals
 from threading import Thread
 from typing import Any, TypeVar
 
@@ -33,12 +33,12 @@ logger = logging.getLogger("stripfold")
 def most(cores: int | None, jobs: int) -> int:
     """Return the number of processes for so many jobs: at most ``cores``, and one for each core that may be used.
 
-    Raises InvalidInputError: no such number of cores.
+    One on Windows, where none can be handed a connection like this.  Raises InvalidInputError: no such number of cores.
     """
     if cores is not None and (isinstance(cores, bool) or not isinstance(cores, int) or cores < 1):
         raise InvalidInputError("cores", cores, "a whole number of at least 1")
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(cores or available, available, jobs)
+    return min(cores or available, available if os.name == "posix" else 1, jobs)
 
 
 def in_order(
@@ -57,15 +57,19 @@ def in_order(
             while True:
                 yield waiting.get_nowait()
 
+    started: list[subprocess.Popen[bytes]] = []
     with ThreadPoolExecutor(1) as thread:
-        others = thread.submit(lambda: answers.update(elsewhere(work, left(), processes - 1)))
+        others = thread.submit(lambda: answers.update(elsewhere(work, left(), processes - 1, started)))
         try:
             for job in left():
                 answers.update([work(job)])
                 progress(len(answers) / len(jobs))
-        finally:
-            # After an error no other process takes up what is left.
+        except BaseException:
+            # The others neither take up what is left nor finish what they do.
             list(left())
+            for process in started:
+                process.kill()
+            raise
         others.result()
     return [answers[number] for number in range(len(jobs))]
 
@@ -74,10 +78,16 @@ def _numbered(function: Callable[[Job], Answer], job: tuple[int, Job]) -> tuple[
     return job[0], function(job[1])
 
 
-def elsewhere(function: Callable[[Job], Answer], jobs: Iterable[Job], processes: int) -> Iterator[Answer]:
+def elsewhere(
+    function: Callable[[Job], Answer],
+    jobs: Iterable[Job],
+    processes: int,
+    started: list[subprocess.Popen[bytes]] | None = None,
+) -> Iterator[Answer]:
     """Yield the answers to jobs as they come, from new processes; what they log is logged here.
 
-    ``function``: of a module, or a partial one; it, the jobs and the answers can be pickled.
+    ``function``: of a module, or a partial one; it, the jobs and the answers can be pickled.  ``started``: where the
+    processes are written down.
 
     Raises StripfoldError: a process was ended from outside; what ``function`` raises.
     """
@@ -96,6 +106,8 @@ def elsewhere(function: Callable[[Job], Answer], jobs: Iterable[Job], processes:
                     pass_fds=[theirs.fileno()],
                     process_group=0,
                 )
+            if started is not None:
+                started.append(workers[connection])
             _send(connection, (function, logger.getEffectiveLevel()))
             _send(connection, job)
         at_work = len(workers)
@@ -130,7 +142,7 @@ def _answer(connection: Connection, process: subprocess.Popen[bytes]) -> Any:
     except (EOFError, ConnectionResetError):
         code = process.wait()
         how = f"by {Signals(-code).name}" if code < 0 else f"with exit code {code}"
-        reason = ", as where memory is short" if code == -SIGKILL else ""
+        reason = ", as where memory is short" if how == "by SIGKILL" else ""
         raise StripfoldError(f"a process was ended {how}{reason}: run it again, with fewer cores if need be") from None
     if isinstance(said, Exception):
         raise said
