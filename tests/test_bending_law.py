@@ -127,6 +127,7 @@ class TestOnAPath:
         assert with_law == pytest.approx(linear, abs=1.5e-3)  # half a step
         assert abs(plain - linear) > 5e-3
 
+    @pytest.mark.slow
     def test_a_loop_is_its_mean_and_friction(self, tmp_path: Path) -> None:
         moment, half = MOMENT * self.KAPPA, 0.03 * MOMENT
         rows = {"curvature": self.KAPPA / UNIT, "moment": moment + half, "unloading": moment - half}

@@ -128,8 +128,8 @@ PAGES = [page for page in pages() if blocks(page)]
 
 
 def in_turn_page(page: Path) -> Any:
-    """A case; the plans of docs/plan.md are like those of other pages, and take long."""
-    return pytest.param(page, id=page.stem, marks=[pytest.mark.slow] if page.stem == "plan" else [])
+    """A case; what the pages on plans and robots show is like what README and tutorial do, and takes long."""
+    return pytest.param(page, id=page.stem, marks=[pytest.mark.slow] if page.stem in ("plan", "robot") else [])
 
 
 @pytest.mark.parametrize("page", [in_turn_page(page) for page in PAGES])

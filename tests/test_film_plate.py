@@ -251,6 +251,7 @@ def test_a_ruler_is_a_scale(tmp_path: Path):
             sf.eta_b(image=file, method="fold", ruler=wrong)
 
 
+@pytest.mark.slow
 def test_several_photographs_in_one_call(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Each with its own view; together they are no less certain than the scale, and no more than they scatter."""
     files = []

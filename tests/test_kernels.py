@@ -227,6 +227,7 @@ def kept(folder: Path) -> list[Path]:
     return [path for path in folder.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")]
 
 
+@pytest.mark.slow
 def test_the_cache_is_used_until_any_kernel_changes(copied):
     # Processes that compile at once do not disturb each other.
     with ThreadPoolExecutor() as pool:

@@ -149,6 +149,8 @@ def choose(
 ) -> tuple[list[Outcome], InTime | None]:
     """Rank what comes of all paths, the user's among them, and follow the best in time where a speed is given.
 
+    ``cores``: most processes at a time; None for one on each core.
+
     Raises
     ------
     InvalidInputError
