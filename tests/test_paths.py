@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.track import SNAP, End, forces_of, peak_forces, shape_error
 from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
-from stripfold.paths.curve import GripperPath
+from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import RPath, plan_r_path
 
@@ -149,6 +150,18 @@ def test_slopes_are_those_of_the_places_behind_the_end_too(make: Callable[[float
             np.testing.assert_allclose(piece.rate(s), slope, atol=1e-6)
     assert path.position(0.0)[1] == 0.0
     assert 0.0 <= path.position(path.length)[1] < 1e-14
+
+
+def test_a_spline_that_is_kept_above_the_floor_is_level_there() -> None:
+    """Between rows at the floor a cubic dips below it, and behind its end, too."""
+    points = np.array([[0.0, 0.3], [0.1, 0.1], [0.2, 0.0], [0.3, 0.0], [0.4, 0.2], [0.5, 0.0]])
+    piece = replace(Interpolated.through(points, 0.0, "carry"), above_floor=True)
+    s = np.linspace(0.0, piece.end + 0.05, 200)
+    below = s[np.array([piece.position(float(at))[1] for at in s]) == 0.0]
+    assert below.min() < piece.travelled[3] < piece.end < below.max()
+    for s in below[1:-1].tolist():
+        slope = (piece.position(s + 1e-5) - piece.position(s - 1e-5)) / 2e-5
+        np.testing.assert_allclose(piece.rate(s), slope, atol=1e-6)
 
 
 def test_own_path_with_times_and_a_pause(tmp_path: Path) -> None:

@@ -81,8 +81,8 @@ def lost_with(
     Raises SolveError: a path could not be followed.
     """
     # The one that needs most comes first: it decides about nearly all.
-    stiffest_first = bool(strips) and strips[0][1] / strips[0][0].gravity_length > SHORT
-    for strip in strips if stiffest_first else reversed(strips):
+    stiffest, length, _ = strips[0]
+    for strip in strips if length / stiffest.gravity_length > SHORT else reversed(strips):
         say(f"r-path, friction with eta_b = {strip[0].eta_b:.4g}")
         if not holds(strip, moment, yield_curvature):
             return strip

@@ -314,7 +314,7 @@ class _Follower:
             if not all(isfinite(verdict.shape_error) for verdict in found.values()):
                 return None
             held = moment is not None or not all(self.verdict(strip, fall=False).stable for strip in new.values())
-            if held and (enough <= 0.0 or lost_with(followed, enough, asked.yield_curvature, say) is not None):
+            if new and held and (enough <= 0.0 or lost_with(followed, enough, asked.yield_curvature, say) is not None):
                 return None
         except SolveError:
             return None

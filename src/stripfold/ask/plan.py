@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from stripfold import elastica, paths
-from stripfold.ask.inputs import PlanInputs, Strip
+from stripfold.ask.inputs import PlanInputs
 from stripfold.ask.map import gripper_map
 from stripfold.ask.outcome import Candidate, Outcome, outcome_of, times
 from stripfold.ask.planned_motion import InTime, in_time
@@ -167,8 +167,8 @@ def choose(
     bounds = asked.strips[::2] if asked.eta_b_uncertainty else asked.strips[1:2]
     # The low path is the shortest run: last, it leaves the least to wait for.
     known, followed = candidates(asked, path)[::-1], Percent(progress, "following the paths")
-    at_once, work = processes.most(cores, len(known)), partial(_outcome, asked, bounds)
-    found = ranked(asked, processes.in_order(work, known, at_once, followed)[::-1])
+    work = partial(outcome_of, asked, strips=bounds)
+    found = ranked(asked, processes.in_order(work, known, processes.most(cores), followed)[::-1])
     # What slips on the table is no fold, unless all do: then how far the one slides that needs the least friction.
     slides = asked.table_friction is not None and all(outcome.table_slide != 0.0 for outcome in found)
     if slides:
@@ -185,10 +185,6 @@ def choose(
     refused = [Refusal(outcome.name, outcome.excluded or outcome.costs(asked)) for outcome in found]
     least, _, largest = (strip.eta_b for strip in asked.strips)
     raise NoPathError(f"folds the strip as asked for eta_b from {least:.4g} to {largest:.4g}", refused)
-
-
-def _outcome(asked: PlanInputs, strips: Sequence[Strip], candidate: Candidate) -> Outcome:
-    return outcome_of(asked, candidate, strips)
 
 
 def _in_time(asked: PlanInputs, outcome: Outcome, say: Callable[[str], None]) -> InTime | str:

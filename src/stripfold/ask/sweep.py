@@ -199,15 +199,15 @@ def run(
         A process of the sweep was ended from outside.
     """
     grid, file = Grid.of(given), file_name("file", file)
-    processes.most(cores, 1)
+    most = processes.most(cores)
     with owned(file):
         parts = chunk_files(grid, file)
         try:
             left = [(chunk, part) for part, chunk in parts.items() if not _is_whole(grid, part)]
             solved, finished = Percent(progress, "solved"), grid.count - sum(len(chunk) for chunk, _ in left)
             solved(finished / grid.count)
-            at_once, work = processes.most(cores, len(left)), partial(_solved, grid)
-            for chunk in map(work, left) if at_once < 2 else processes.elsewhere(work, left, at_once):
+            work = partial(_solved, grid)
+            for chunk in map(work, left) if min(most, len(left)) < 2 else processes.elsewhere(work, left, most):
                 finished += len(chunk)
                 solved(finished / grid.count)
             found = _gathered(grid, parts)

@@ -30,15 +30,15 @@ Answer = TypeVar("Answer")
 logger = logging.getLogger("stripfold")
 
 
-def most(cores: int | None, jobs: int) -> int:
-    """Return the number of processes for so many jobs: at most ``cores``, and one for each core that may be used.
+def most(cores: int | None) -> int:
+    """Return the largest number of processes at a time: ``cores``, and at most one for each core that may be used.
 
     One on Windows, where none can be handed a connection like this.  Raises InvalidInputError: no such number of cores.
     """
     if cores is not None and (isinstance(cores, bool) or not isinstance(cores, int) or cores < 1):
         raise InvalidInputError("cores", cores, "a whole number of at least 1")
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(cores or available, available if os.name == "posix" else 1, jobs)
+    return min(cores or available, available if os.name == "posix" else 1)
 
 
 def in_order(
@@ -46,7 +46,8 @@ def in_order(
 ) -> list[Answer]:
     """Return the answers to all jobs; of the processes this one is one, which is not idle while others start.
 
-    ``progress``: called with the share that is done.  Raises what :func:`elsewhere` and ``function`` do.
+    ``processes``: the most at a time.  ``progress``: called with the share that is done.  Raises what
+    :func:`elsewhere` and ``function`` do.
     """
     work, answers, waiting = partial(_numbered, function), dict[int, Answer](), SimpleQueue[tuple[int, Job]]()
     for job in enumerate(jobs):
@@ -58,8 +59,9 @@ def in_order(
                 yield waiting.get_nowait()
 
     started: list[subprocess.Popen[bytes]] = []
+    more = min(processes, len(jobs)) - 1
     with ThreadPoolExecutor(1) as thread:
-        others = thread.submit(lambda: answers.update(elsewhere(work, left(), processes - 1, started)))
+        others = thread.submit(lambda: answers.update(elsewhere(work, left(), more, started)))
         try:
             for job in left():
                 answers.update([work(job)])
@@ -86,8 +88,8 @@ def elsewhere(
 ) -> Iterator[Answer]:
     """Yield the answers to jobs as they come, from new processes; what they log is logged here.
 
-    ``function``: of a module, or a partial one; it, the jobs and the answers can be pickled.  ``started``: where the
-    processes are written down.
+    ``function``: of a module, or a partial one; it, the jobs and the answers can be pickled.  ``processes``: the most
+    at a time.  ``started``: the processes are added to it.
 
     Raises StripfoldError: a process was ended from outside; what ``function`` raises.
     """
