@@ -59,7 +59,7 @@ def in_order(
                 yield waiting.get_nowait()
 
     started: list[subprocess.Popen[bytes]] = []
-    more = min(processes, len(jobs)) - 1
+    more = max(min(processes, len(jobs)) - 1, 0)
     with ThreadPoolExecutor(1) as thread:
         others = thread.submit(lambda: answers.update(elsewhere(work, left(), more, started)))
         try:
