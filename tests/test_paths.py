@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
 from stripfold import Strip, elastica, paths
@@ -150,6 +151,19 @@ def test_slopes_are_those_of_the_places_behind_the_end_too(make: Callable[[float
             np.testing.assert_allclose(piece.rate(s), slope, atol=1e-6)
     assert path.position(0.0)[1] == 0.0
     assert 0.0 <= path.position(path.length)[1] < 1e-14
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 40])
+def test_spline_of_uneven_points(count: int) -> None:
+    """As scipy's, between its knots and beyond them."""
+    rng = np.random.default_rng(count)
+    travelled, points = np.cumsum(rng.uniform(0.02, 1.0, count)), rng.normal(size=(count, 2))
+    piece, expected = Interpolated.through(points, 0.0, "own"), make_interp_spline(travelled, points, min(3, count - 1))
+    piece = replace(piece, travelled=travelled)
+    for s in np.linspace(travelled[0] - 0.01, travelled[-1] + 0.01, 97):
+        assert piece.position(s) == pytest.approx(expected(s), rel=1e-9, abs=1e-9)
+        assert piece.rate(s) == pytest.approx(expected(s, 1), rel=1e-8, abs=1e-8)
+    assert [list(piece.position(s)) for s in travelled] == points.tolist()
 
 
 def test_a_spline_that_is_kept_above_the_floor_is_level_there() -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from math import copysign
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from stripfold.base.arrays import Array, ByValue
 from stripfold.base.errors import SolveError
 from stripfold.base.progress import Percent
 from stripfold.base.roots import root
+from stripfold.base.spline import Spline
 from stripfold.follow.contact_branch import BranchPoint, Planned, from_flat
 from stripfold.follow.memory import STEP, Effects, load_incrementally_from, with_effects
 from stripfold.follow.statics import FIRST
@@ -28,9 +29,6 @@ from stripfold.follow.track import StripState, friction_to_hold, on_mesh
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.solve import critical
 from stripfold.strip.problem import AlongPath, Slipping
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
 
 GROWTH = 1.3
 """Ratio of the lengths travelled at the ends of the first steps: a push falls with the square of the height."""
@@ -51,21 +49,15 @@ class Slid(ByValue, Piece):
     slides: Array
 
     @cached_property
-    def slide(self) -> BSpline:
-        """How far it has slid along x, over the length travelled."""
-        from scipy.interpolate import make_interp_spline
-
-        return make_interp_spline(self.travelled, self.slides, k=min(3, len(self.slides) - 1))
+    def slide(self) -> Spline:
+        """How far it has slid along x and z, over the length travelled."""
+        return Spline.through(self.travelled, np.column_stack([self.slides, np.zeros_like(self.slides)]))
 
     def position(self, s: float) -> Array:
-        return self.piece.position(s) - np.array([float(self.slide(s)), 0.0])
+        return self.piece.position(s) - self.slide.at(s)
 
     def rate(self, s: float) -> Array:
-        return self.piece.rate(s) - np.array([float(self._slide_rate(s)), 0.0])
-
-    @cached_property
-    def _slide_rate(self) -> BSpline:
-        return self.slide.derivative()
+        return self.piece.rate(s) - self.slide.rate(s)
 
     @property
     def turns(self) -> bool:
@@ -83,7 +75,7 @@ def slide_of(state: StripState) -> float:
     """How far what lies has slid along x in a state; 0 of a pinned strip."""
     motion = state.problem.motion
     if isinstance(motion, AlongPath) and isinstance(motion.path, Slid):
-        return float(motion.path.slide(state.lam))
+        return float(motion.path.slide.at(state.lam)[0])
     return 0.0
 
 

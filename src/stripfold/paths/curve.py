@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from stripfold.base.arrays import Array, ByValue
+from stripfold.base.spline import Spline
 from stripfold.base.validation import Gripper
 
 if TYPE_CHECKING:
-    from scipy.interpolate import BSpline, PPoly
+    from scipy.interpolate import PPoly
 
 
 @dataclass(frozen=True)
@@ -78,12 +79,8 @@ class Interpolated(ByValue, Piece):
         return cls(float(travelled[0]), float(travelled[-1]), name, points, travelled, angles=angles)
 
     @cached_property
-    def _spline(self) -> tuple[BSpline, BSpline]:
-        """The spline and its derivative."""
-        from scipy.interpolate import make_interp_spline
-
-        spline = make_interp_spline(self.travelled, self.points, k=min(3, len(self.points) - 1))
-        return spline, spline.derivative()
+    def _spline(self) -> Spline:
+        return Spline.through(self.travelled, self.points)
 
     @property
     def turns(self) -> bool:
@@ -100,17 +97,12 @@ class Interpolated(ByValue, Piece):
         return float(self._angle(s)), float(self._angle(s, 1))
 
     def position(self, s: float) -> Array:
-        if len(self.points) == 2:
-            found = self.points[0] + (s - self.travelled[0]) * self.rate(s)
-        else:
-            found = np.asarray(self._spline[0](s))
+        found = self._spline.at(s)
         return np.maximum(found, [-np.inf, 0.0]) if self.above_floor else found
 
     def rate(self, s: float) -> Array:
-        if len(self.points) == 2:
-            return np.asarray((self.points[1] - self.points[0]) / (self.travelled[1] - self.travelled[0]))
-        on_floor = self.above_floor and self._spline[0](s)[1] < 0.0
-        return np.asarray(self._spline[1](s) * (1.0, 0.0 if on_floor else 1.0))
+        on_floor = self.above_floor and self._spline.at(s)[1] < 0.0
+        return self._spline.rate(s) * (1.0, 0.0 if on_floor else 1.0)
 
     def moved(self, factor: float, x: float) -> Self:
         start, end, points = factor * self.start, factor * self.end, factor * self.points + np.array([x, 0.0])
