@@ -333,6 +333,7 @@ def test_manual_onset_is_used_and_recorded(snapping: Made, found: RecordingMeasu
     ("gripper", "words"),
     [
         ({"height": 0.12}, r"gripper\.height = 0\.12 m, the video shows 0\.10"),
+        ({"height": 0.104}, r"the video shows 0\.10.*at most 3\.1 mm between them.*height_uncertainty"),
         ({"height": 0.01}, "a factor of 10"),
         ({"direction": -1}, r"gripper\.direction = -1, in the video x of the gripper goes from"),
         ({"flat_end": 0.225}, r"gripper\.flat_end = 0\.225 m, by the lying part in the video it was at -0\.2"),

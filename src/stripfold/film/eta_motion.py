@@ -31,7 +31,7 @@ from stripfold.film import snap
 from stripfold.film.camera import Mapping
 from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, PULL_SD, USUAL_MISFIT
 from stripfold.film.fold import correlation_length
-from stripfold.film.recording import NAME, Entries, GripperEntry, Recording, StripEntry
+from stripfold.film.recording import DEVIATIONS, NAME, Entries, GripperEntry, Recording, StripEntry
 from stripfold.film.tracking import Tracks
 
 MARGIN = 0.3
@@ -63,8 +63,6 @@ NAMES = "eta_b_motion", "eta_b_motion_low", "eta_b_motion_high", "friction_motio
 """Names in files: eta_b, the ends of its interval, M_0, and the standard deviation of most residuals of the shapes."""
 PULLED = "flat_end", "offset"
 """Given numbers of which the shapes tell whether they are right."""
-DEVIATIONS = 3.0
-"""Standard deviations between a given number and what the film says of it from which one of them is wrong."""
 
 
 @dataclass(frozen=True)

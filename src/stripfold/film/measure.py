@@ -26,9 +26,9 @@ from stripfold.film import recording as recordings
 from stripfold.film.calibration import calibrate_folder
 from stripfold.film.camera_motion import FIRST, Shift
 from stripfold.film.clock import Clock, read_log, synchronise
-from stripfold.film.eta_motion import DEVIATIONS, ModelValue, MotionEtaB, model_value
+from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
-from stripfold.film.recording import ManualOnset, Recording, compare
+from stripfold.film.recording import DEVIATIONS, SD_95, ManualOnset, Recording, compare
 from stripfold.film.snap import Speed
 from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Mapped, Tracks, track
 
@@ -89,10 +89,6 @@ class Trial(NamedTuple):
 def half_width(share: float) -> float:
     """Half the width of the confidence interval with this probability, in standard deviations: errors are normal."""
     return float(ndtri(0.5 + 0.5 * share))
-
-
-SD_95 = 1.0 / half_width(0.95)
-"""Standard deviation over half the width of a 95 % interval."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from math import log10
+from math import hypot, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
+from scipy.special import ndtri
 
 from stripfold.base.errors import MISSING, InvalidInputError, MeasurementError
 from stripfold.base.material import Material
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 NAME = "recording.yaml"
 MAX_HEIGHT_ERROR = 0.05
-"""Largest difference between measured and described height, as a share."""
+"""Largest difference between the described height and that of the robot's log, as a share."""
 MAX_LOG_SPEED_RATIO = 30.0
 """Described speed over that of the log, or the reverse, from which on a unit must be wrong; less is a fast approach."""
 POWER_OF_TEN = 0.03
@@ -33,6 +34,11 @@ MAX_FLAT_END_ERROR = 0.08
 wide strips are seen too short."""
 MAX_SPEED_RATIO = 5.0
 """Described speed over that of the film, or the reverse, from which on a unit must be wrong."""
+
+SD_95 = 1.0 / float(ndtri(0.975))
+"""Standard deviation over half the width of a 95 % interval."""
+DEVIATIONS = 3.0
+"""Standard deviations between a given number and what the film says of it from which one of them is wrong."""
 
 FilePath = Text
 Offset = Annotated[Number, quantity("part of an offset", "m", ge=-1.0, le=1.0)]
@@ -91,6 +97,7 @@ class GripperEntry(Input):
     """The gripper; x and z are the robot's."""
 
     height: Annotated[Number, quantity("z of the gripped end", "m", gt=0.0)]
+    height_uncertainty: Annotated[Number, quantity("of height, 95 %", "m", ge=0.0, le=0.1)] = HAND
     speed: Annotated[Number, quantity("speed along x", "m s^-1", gt=0.0, le=1.0)]
     flat_end: Annotated[
         Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m", ge=-1e3, le=1e3)
@@ -312,12 +319,13 @@ def compare(entries: Entries, tracks: Tracks) -> None:
     """Raise MeasurementError where height, direction, speed or the flat strip are not as described."""
     gripper = entries.gripper
     z = float(np.median(tracks.gripped_end[tracks.gripper.tracked, 1]))
+    most = DEVIATIONS * SD_95 * hypot(gripper.height_uncertainty, gripper.holder.offset_uncertainty)
     _agree(
-        abs(z - gripper.height) <= MAX_HEIGHT_ERROR * gripper.height,
+        abs(z - gripper.height) <= most,
         f"gripper.height = {gripper.height:g} m, the video shows {z:.4f} m",
-        f"a height within {MAX_HEIGHT_ERROR:.0%} of the description",
+        f"at most {1e3 * most:.1f} mm between them",
         other_unit(gripper.height, z)
-        or "is z of the robot 0 on the table, and the offset of gripper.marker or template right?",
+        or "is z of the robot 0 on the table, and the offset right? or give gripper.height_uncertainty",
     )
     first, last = tracks.gripped_end[[0, -1], 0]
     _agree(
