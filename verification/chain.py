@@ -19,22 +19,29 @@ VISCOUS = 2e-4
 
 @dataclass(frozen=True)
 class Chain:
-    """``arc``: distances of the nodes from the grasped end, shape (n,); ``stretching``: 12 / h^2; ``step``: of time."""
+    """``arc``: distances of the nodes from the grasped end, shape (n,); ``stretching``: 12 / h^2; ``step``: of time.
+
+    ``friction``: of the hinges, which slide at this moment; ``spring``: their stiffness before that.
+    """
 
     arc: Array
     stretching: float
     step: float
+    friction: float
+    spring: float
 
     @classmethod
-    def of(cls, length: float, thickness: float, spacing: float) -> Chain:
+    def of(cls, length: float, thickness: float, spacing: float, friction: float = 0.0, spring: float = 0.0) -> Chain:
         """A strip of a length, with nodes ``spacing`` or less apart."""
         arc, stretching = np.linspace(0.0, length, ceil(length / spacing) + 1), 12.0 / thickness**2
-        return cls(arc, stretching, 0.4 * min(arc[1] / sqrt(stretching), arc[1] ** 2 / 2.0))
+        step = 0.4 * min(arc[1] / sqrt(stretching), arc[1] ** 2 / 2.0 / sqrt(1.0 + spring))
+        return cls(arc, stretching, step, friction, spring)
 
     def flat(self, table: Array | float = 0.0) -> Array:
-        """The flat chain at rest: x, z and their rates, shape (4, n); x with its origin mid-strip."""
-        zero = np.zeros_like(self.arc)
-        return np.stack([self.arc - 0.5 * self.arc[-1], zero + table, zero, zero])
+        """The flat chain at rest, shape (6, n): x, with its origin mid-strip, z, their rates, curvature, friction."""
+        state = np.zeros((6, len(self.arc)))
+        state[0], state[1] = self.arc - 0.5 * self.arc[-1], table
+        return state
 
     def follow(self, state: Array, path: Array, drag: float, table: Array | None = None, mu: float = 0.0) -> Array:
         """Take the gripper along a path, shape (m, 2), one place for each step; the state is changed.
@@ -45,14 +52,18 @@ class Chain:
         """
         heights = np.zeros_like(self.arc) if table is None else table
         return np.asarray(
-            _march(*state, heights, path, self.step, self.arc[1], self.stretching, drag, mu)  # type: ignore[call-arg]
+            _march(  # type: ignore[call-arg]
+                *state, heights, path, self.step, self.arc[1], self.stretching, drag, mu, self.friction, self.spring
+            )
         )
 
 
 @numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _march(x, z, u, w, table, path, step, spacing, stretching, drag, mu):  # type: ignore[no-untyped-def]
+def _march(  # type: ignore[no-untyped-def]
+    x, z, u, w, kappa, slip, table, path, step, spacing, stretching, drag, mu, friction, spring
+):
     n = len(x)
-    top, fx, fz, kappa, strain = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    top, fx, fz, strain = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     for k in range(len(path)):
         u[0], w[0] = (path[k, 0] - x[0]) / step, (path[k, 1] - z[0]) / step
         x[0], z[0] = path[k, 0], path[k, 1]
@@ -74,9 +85,10 @@ def _march(x, z, u, w, table, path, step, spacing, stretching, drag, mu):  # typ
             px, pz, qx, qz = -az / a, ax / a, -bz / b, bx / b
             spin = qx * (u[i + 1] - u[i]) + qz * (w[i + 1] - w[i]) - px * (u[i] - u[i - 1]) - pz * (w[i] - w[i - 1])
             turn = np.arctan2(ax * bz - az * bx, ax * bx + az * bz)
+            slip[i] = min(max(slip[i] + spring * (turn / spacing - kappa[i]), -friction), friction)
             kappa[i] = turn / spacing
             stiffness = 1.0 + 1.5 * (strain[i - 1] + strain[i]) + 0.9 / stretching * kappa[i] * kappa[i]
-            moment = (stiffness * turn + VISCOUS * spin) / spacing
+            moment = (stiffness * turn + VISCOUS * spin) / spacing + slip[i]
             fx[i + 1] -= moment * qx
             fz[i + 1] -= moment * qz
             fx[i] += moment * (qx + px)

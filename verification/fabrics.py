@@ -3,7 +3,8 @@
 With the weight w per area and the bending rigidity B, L* = (B / w)^(1/3).  Kawabata's test also gives 2HB, the width of
 the loop: M_0 is half of it.  A first bending, moment = M_0 + B kappa, gives B and M_0 by a straight line.  An R-path is
 planned for the given eta_b and followed by rods with the least, the given and the largest one of an interval: M_0
-suffices if all of them follow.  Source: docs/physics.md, section 8; docs/plan.md.
+suffices if all of them follow.  And with the friction of the fabrics rods are followed along paths to their folds, as
+is a chain of point masses that shares no code with them.  Source: docs/physics.md, sections 8 and 10; docs/plan.md.
 """
 
 from __future__ import annotations
@@ -19,17 +20,20 @@ from matplotlib.figure import Figure
 
 from plots.all_materials import MOMENT
 from plots.pieces import LENGTH_TITLE, note
-from stripfold import elastica, paths
+from stripfold import Strip, elastica, paths
 from stripfold.ask.fabric import TABLE
 from stripfold.ask.friction import bisected, lost_with
 from stripfold.ask.inputs import PlanInputs
+from stripfold.ask.plan import candidates
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material
 from stripfold.draw.colours import BLACK, FRICTION, GREY, SKY, VERMILLION
 from stripfold.draw.style import CM, figure, styled
 from stripfold.files import tables
+from stripfold.paths.rpath import half_fold
 from tasks import textile
-from verification.common import Progress, dataset, grid
+from verification.chain import Chain
+from verification.common import NO_RESULT, Progress, dataset, grid
 from verification.numbers import Facts, Number
 
 UNITS = {"m": "gravity_length"}
@@ -46,6 +50,16 @@ EXACT = 0.02
 UNCERTAIN = 2.2e-3
 """M_0 over (length / L*)^1.5 and the root of the relative uncertainty of eta_b, rho_a g L*^2: searches for strips of 14
 to 40 L* and 5 to 20 % found 0.8 to 1.4 times as much."""
+THICKNESS = 0.05
+"""Of the strips that are folded, L*: of the thinner chain the waves along it are too fast."""
+SPRING, YIELDS = 4.0, 0.05
+"""Largest stiffness of the friction before it slides, that of the strip being 1, and the curvature at which it slides
+if it is less stiff, 1 / L*: docs/physics.md, section 8."""
+FOLDS = "rod", "chain", "snaps", "hurry"
+PARTS = 500
+"""How often the chain's speed is looked at."""
+SPACING, SPEED, REST, DRAG = 0.06, 0.03, 40.0, 0.03
+"""Distance of the chain's nodes, L*; speed of its gripper, sqrt(g L*), and for how long that stands at the end; air."""
 
 
 def run(
@@ -55,6 +69,8 @@ def run(
     height: float = 3.0,
     lengths: Sequence[float] = (14.0,),
     uncertainties: Sequence[float] = (0.0, 0.2),
+    folded: Sequence[float] = (11.0,),
+    ways: Sequence[str] = ("low",),
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -63,6 +79,8 @@ def run(
     ``table``: with the header :data:`COLUMNS`; 2HB may be empty.  ``measured``, ``areal_load``: moment-curvature table
     of the textile as it is first bent, and its weight per area, N m^-2.  ``height``: at whose critical state the
     textile's secant is taken, L*.  ``lengths``, ``uncertainties``: of strips on R-paths, L*; of eta_b, relative.
+    ``folded``, ``ways``: lengths of strips that are folded with the friction of each fabric, L*, and their paths: ones
+    that do not push what lies, as under a push the chain's flat strip may ruck.
     """
     path = Path(table)
     known = tables.read_table("table", path, COLUMNS, (1, MAX_ROWS))
@@ -76,14 +94,18 @@ def run(
     moment = np.polyfit(bent[:, 0], bent[:, 1], 1)[1]  # moment = M_0 + B kappa in a first bending
     secant = textile.secant(bent, areal_load, textile.largest_curvature(elastica.critical(height).state))
     weight = GRAVITY * numbers[:, 0]
+    friction = 0.5 * numbers[:, 2] / (weight * np.cbrt(numbers[:, 1] / weight) ** 2)
+    folds = grid(fold, FOLDS, {"moment": friction, "way": ways, "folded": folded}, threads, progress)
+    folds["fold_no_result"] = folds.pop(NO_RESULT)
     return dataset(
         {
             "fabric": ("fabric", [row[0] for _, row in known.rows]),
             "gravity_length": ("fabric", np.cbrt(rigidity / (GRAVITY * density))),
             "bent": ("bent", [row[0] for _, row in loops.rows]),
-            "friction": ("bent", 0.5 * numbers[:, 2] / (weight * np.cbrt(numbers[:, 1] / weight) ** 2)),
+            "friction": ("bent", friction),
             "textile_friction": ((), moment / (areal_load * np.cbrt(secant.stiffness / areal_load) ** 2)),
             **grid(needed, ("suffices",), {"length": lengths, "uncertainty": uncertainties}, threads, progress),
+            **folds,
         },
         units=UNITS,
     )
@@ -106,6 +128,33 @@ def needed(length: float, uncertainty: float) -> dict[str, float]:
 def estimate(length: float, uncertainty: float) -> float:
     """Estimate M_0, rho_a g L*^2, with which a strip, L*, follows an R-path for a relative ``uncertainty`` of eta_b."""
     return max(EXACT, UNCERTAIN * length**1.5 * sqrt(uncertainty))
+
+
+def fold(moment: float, way: str, length: float) -> dict[str, float]:
+    """Errors of the folds of a rod and of a chain with a friction moment, L*, on a path with a hinge.
+
+    And whether the rod snaps on it, and the chain's largest speed over that of its gripper.
+    """
+    unit = Material(ETA_B).gravity_length
+    asked = PlanInputs(length=length * unit, eta_b=ETA_B, eta_m=ETA_B * (THICKNESS * unit) ** 2 / 12.0)
+    path = next(one.path for one in candidates(asked) if one.name == way)
+    strip = Strip(length=asked.length, eta_b=asked.eta_b, eta_m=asked.eta_m)
+    found = strip.assess(path, friction_moment=moment * asked.material.force_scale * unit, model="rod")
+    chain = Chain.of(length, THICKNESS, SPACING, moment, min(moment / YIELDS, SPRING))
+    travelled, places = path.curve.sampled(path.spacing)
+    s = np.arange(0.0, travelled[-1] / unit + REST * SPEED, SPEED * chain.step)
+    gripper = np.column_stack([np.interp(s, travelled / unit, of / unit) for of in places.T])
+    state, speeds = chain.flat(), list[float]()
+    for part in np.array_split(gripper, PARTS):
+        chain.follow(state, part, DRAG)
+        speeds.append(float(np.hypot(*state[2:4]).max()))
+    exact = half_fold(length).folded.at(np.linspace(0.0, length, state.shape[1]))
+    return {
+        "rod": found.shape_error / unit,
+        "chain": float(np.hypot(*(state[:2].T - exact).T).max()),
+        "snaps": float(not found.stable),
+        "hurry": max(speeds) / SPEED,
+    }
 
 
 def facts(d: xr.Dataset) -> Facts:
@@ -131,6 +180,18 @@ def facts(d: xr.Dataset) -> Facts:
     }
 
 
+def of_folds(d: xr.Dataset) -> list[Facts]:
+    """None where nothing is folded."""
+    if not d.rod.size:
+        return []
+    apart = np.abs(d.rod - d.chain)
+    found = {"folds": d.rod.size, "snaps": d.snaps.fillna(1.0).sum(), "hurry": d.hurry.max()}
+    found |= {"lengths": ", ".join(f"{length:g}" for length in d.folded.values), "ways": ", ".join(d.way.values)}
+    return [
+        found | {"apart": apart.max(skipna=False), "usual": apart.median(), "least": d.rod.min(), "most": d.rod.max()}
+    ]
+
+
 # fmt: off
 NUMBERS = {
     facts: (
@@ -143,6 +204,15 @@ NUMBERS = {
         Number("friction_margin_uncertain", "uncertain", "1", "> 1",
             "the same where eta_b is known to {uncertainty:.0%} and all of the interval must be followed: "
             "{uncertain_each}", spread=1.0),
+    ),
+    of_folds: (
+        Number("fabric_folds_snap", "snaps", "count", "= 0",
+            "of {folds} folds with the friction of these fabrics (paths: {ways}; strips of {lengths} L\\*) those on "
+            "which the rod snaps or that could not be followed; an explicit chain of masses is nowhere faster than "
+            "{hurry:.2g} times its gripper"),
+        Number("fabric_fold_difference", "apart", "L*", "<= 0.02 L*",
+            "largest difference between rod and chain in the errors of these folds, which are {least:.2g} to "
+            "{most:.2g} L\\*; the median difference is {usual:.2g}", lambda f: f.apart <= 0.02, spread=1.0),
     ),
 }
 # fmt: on

@@ -16,7 +16,7 @@ from stripfold import elastica
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY
-from stripfold.base.roots import root
+from stripfold.base.numerics import root
 from stripfold.files import tables
 
 COLUMNS = "curvature_1_per_m,moment_N"

@@ -22,8 +22,8 @@ from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, SolveError
 from stripfold.base.material import Material
+from stripfold.base.numerics import root
 from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
-from stripfold.base.roots import root
 from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres

@@ -21,7 +21,7 @@ import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import ContinuationError, NewtonError
-from stripfold.base.roots import root
+from stripfold.base.numerics import root
 from stripfold.elastica._system import (
     FORCE_0,
     FORCE_X,

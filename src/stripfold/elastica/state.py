@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.roots import root
+from stripfold.base.numerics import root
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._system import FORCE_0, FORCE_X, Evaluation
 

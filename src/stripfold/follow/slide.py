@@ -19,9 +19,8 @@ import numpy as np
 
 from stripfold.base.arrays import Array, ByValue
 from stripfold.base.errors import SolveError
+from stripfold.base.numerics import Spline, root
 from stripfold.base.progress import Percent
-from stripfold.base.roots import root
-from stripfold.base.spline import Spline
 from stripfold.follow.contact_branch import BranchPoint, Planned, from_flat
 from stripfold.follow.memory import STEP, Effects, load_incrementally_from, with_effects
 from stripfold.follow.statics import FIRST

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from stripfold.base.arrays import Array, ByValue
-from stripfold.base.spline import Spline
+from stripfold.base.numerics import Spline
 from stripfold.base.validation import Gripper
 
 if TYPE_CHECKING:
