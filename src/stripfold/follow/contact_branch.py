@@ -266,15 +266,24 @@ def _changed_to(at: BranchPoint, number: int, parts: tuple[bool, ...]) -> Branch
     topology, contact = at.topology, at.contact
     after = number + (3 if len(parts) == 2 else 2)
     place = float(np.mean(contact[number : after - 1]))
-    half = 0.5 * FIRST_INTERVAL
-    new = {1: [], 2: [place], 3: [place - half, place + half]}[len(parts)]
-    contact = np.concatenate([contact[:number], new, contact[after - 1 :]])
     topology = (*topology[:number], *parts, *topology[after:])
-    row, corner = np.zeros(len(contact)), 1.0
-    if len(parts) == 3:
-        # A new interval has its first length, wherever lambda is.
-        row[number : number + 2], corner = (-1.0, 1.0), 0.0
-    return transferred(at, contact, topology, constraint=(row, corner))
+
+    def changed(new: list[float], row: Array, corner: float) -> BranchPoint:
+        there = np.concatenate([contact[:number], new, contact[after - 1 :]])
+        return transferred(at, there, topology, constraint=(row, corner))
+
+    count = len(contact) + len(parts) + number - after
+    if len(parts) < 3:
+        return changed([place][: len(parts) - 1], np.zeros(count), 1.0)
+    # A new interval has its first length, wherever lambda is; with friction, which does not go back, the one that it
+    # has by now.
+    row = np.zeros(count)
+    row[number : number + 2] = -1.0, 1.0
+    first = [place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL]
+    try:
+        return changed(first, row, 0.0)
+    except NewtonError:
+        return changed(first, np.zeros(count), 1.0)
 
 
 def follow(
