@@ -188,6 +188,15 @@ class TestOutcomes:
         assert solid.stable
         assert rod.shape_error == pytest.approx(solid.shape_error, rel=0.1)
 
+    def test_friction_of_real_cloth_follows_a_push_on_a_thin_strip(self) -> None:
+        """In the first steps of the triangular path elements stick; with steps of half the size the fold is the same."""
+        unit = star(ETA_B)
+        strip = sf.Strip(length=12.0 * unit, eta_b=ETA_B, eta_m=ETA_B * (0.02 * unit) ** 2 / 12.0)
+        moment, path = 0.15 * 9.81 * strip.rho_a * unit**2, sf.paths.triangular(strip)
+        folds = [strip.assess(path, friction_moment=moment, model="rod", step=step * unit) for step in (0.1, 0.05)]
+        assert all(fold.stable for fold in folds)
+        assert folds[0].shape_error == pytest.approx(folds[1].shape_error, rel=0.03)
+
     def test_what_friction_loses_is_stated_without_and_ranks_last(self) -> None:
         """A tenth of the least fabric's friction: the circular path snaps with it, too."""
         strip = sf.Strip(length=15.0 * star(ETA_B), eta_b=ETA_B)

@@ -167,15 +167,10 @@ def _lifted(strip: StripModel, moment: float) -> Iterator[tuple[BranchPoint, flo
         (state.advance - half, state.gripper[1]) for state in states_no_horizontal_force(strip.length - LEAST_LYING)
     ]
     path = GripperPath("lift", pieces_through([("lift", np.array([(-half, 0.0), *line]))]))
-    motion = AlongPath(path.pieces[0], strip.length)
     flat = from_flat(strip.contact_mesh(memory=True), path, strip.length)
     first = with_effects(flat, effects_of("hysteresis", moment))
-    # The lifted part grows with the fourth root of the height: the first steps double.
-    lam = first.point.lam
-    doubled = lam * 2.0 ** np.arange(1.0, max(np.log2(STEP / lam), 1.0))
-    places = [*doubled, *np.arange(doubled[-1] + STEP, path.length, STEP)]
     least = LOWEST
-    for at in load_incrementally_from(first, ((motion, float(place)) for place in places)):
+    for at in load_incrementally_from(first, steps_on(path, strip.length, STEP, first.lam)):
         if at.contact[-1] > strip.length - LEAST_LYING:
             return
         height = float(path.position(at.point.lam)[1])

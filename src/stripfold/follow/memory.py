@@ -62,6 +62,10 @@ Effects = Callable[[Model, Array], tuple[Effect, ...]]
 
 STEP = 0.1
 """Usual size of the steps, L*."""
+FIRST_WITH_FRICTION = 1e-4
+"""Largest length travelled at the first state with friction in bending, L*; from there steps double up to their size.
+What is lifted grows with the fourth root of the height, and elements that stick are lost in longer steps where a thin
+strip is pushed."""
 LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit point"
 REACHED = "end of the step"
 SHARES = tuple(i / 8.0 for i in range(1, 9))
@@ -117,12 +121,21 @@ class _StepProblem(MovingContact):
         return residual + self._share(lam) * self.taken, matrix, rate
 
 
-def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Motion, float]]:
-    """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece."""
+def steps_on(path: GripperPath, length: float, size: float, first: float = 0.0) -> Iterator[tuple[Motion, float]]:
+    """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece.
+
+    ``first``: length travelled from which the path's first steps double.
+    """
     for piece in path.pieces:
         motion = AlongPath(piece, length, path.gripper)
-        count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
-        for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
+        begin = piece.start
+        if first and piece is path.pieces[0]:
+            begin = first
+            while begin < 0.5 * min(size, piece.end):
+                begin *= 2.0
+                yield motion, begin
+        count = int(np.ceil((piece.end - begin) / size * (1.0 - 1e-12)))
+        for travelled in np.linspace(begin, piece.end, count + 1)[1:]:
             yield motion, float(travelled)
 
 
@@ -137,7 +150,10 @@ def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: floa
     length = mesh(np.array([1.0])).length
     motion = AlongPath(path.pieces[0], length, path.gripper)
     at = contact_branch.from_flat(mesh, motion, travelled)
-    laws = [effect.law for effect in effects(at.model, at.u) if isinstance(effect, BendingLaw)]
+    own = effects(at.model, at.u)
+    if any(isinstance(effect, Hysteresis) for effect in own):
+        at = contact_branch.from_flat(mesh, motion, min(FIRST_WITH_FRICTION, travelled))
+    laws = [effect.law for effect in own if isinstance(effect, BendingLaw)]
     return with_effects(bent(at, laws[0]) if laws else at, effects)
 
 
@@ -165,7 +181,8 @@ def load_path(
     """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`."""
     first = start_on_path(mesh, path, effects, size)
     loaded = Percent(progress, "following the path in steps")
-    places = steps_on(path, first.problem.mesh.length, size)
+    rubs = any(isinstance(effect, Hysteresis) for effect in first.problem.effects)
+    places = steps_on(path, first.problem.mesh.length, size, first.lam if rubs else 0.0)
     return load(first, places, until, progress=lambda at: loaded(at.point.lam / path.length))
 
 
