@@ -189,7 +189,7 @@ class TestOutcomes:
         assert rod.shape_error == pytest.approx(solid.shape_error, rel=0.1)
 
     def test_friction_of_real_cloth_follows_a_push_on_a_thin_strip(self) -> None:
-        """In the first steps of the triangular path elements stick; with steps of half the size the fold is the same."""
+        """In the first steps of the triangular path elements stick; with half as long ones the fold is the same."""
         unit = star(ETA_B)
         strip = sf.Strip(length=12.0 * unit, eta_b=ETA_B, eta_m=ETA_B * (0.02 * unit) ** 2 / 12.0)
         moment, path = 0.15 * 9.81 * strip.rho_a * unit**2, sf.paths.triangular(strip)

@@ -24,11 +24,18 @@ from stripfold.base.material import Material
 from stripfold.base.progress import Percent
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.follow.contact_branch import BranchPoint, clearance
-from stripfold.follow.memory import STEP, effects_of, load, load_incrementally_from, steps_on, with_effects
+from stripfold.follow.memory import (
+    STEP,
+    effects_of,
+    load,
+    load_incrementally_from,
+    start_on_path,
+    steps_on,
+    with_effects,
+)
 from stripfold.follow.statics import StripModel, from_flat
 from stripfold.follow.track import End
 from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
-from stripfold.strip.effects import STIFFEST, YIELD_CURVATURE
 from stripfold.strip.problem import AlongPath, Motion
 
 PlannedStrip = tuple[Material, float, GripperPath]
@@ -46,6 +53,8 @@ USUAL_STEP = 0.25
 MOST_TRIALS = 30
 """Strengths that are tried in a search."""
 Held = TypeVar("Held")
+STRONG = 0.1
+"""M_0, rho_a g L*^2, above which elements are short."""
 REFINEMENT = {"rod": (0.7, 0.25), "solid": (1.0, 0.5)}
 """Factors on the lengths of elements with friction: with longer ones of a rod what is needed is a fifth off; and with
 the strong friction of real cloth, with which strips are lost where a longer element begins to slide."""
@@ -64,7 +73,7 @@ LEAST_LYING = 0.5
 
 def refinement_of(model: str, moment: float) -> float:
     """Factor on the lengths of a model's elements with a friction moment, rho_a g L*^2."""
-    return REFINEMENT[model][moment > STIFFEST * YIELD_CURVATURE]
+    return REFINEMENT[model][moment > STRONG]
 
 
 def lost_with(
@@ -98,9 +107,14 @@ def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> 
     effects = effects_of("hysteresis", strength, kappa_y)
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
     mesh = model.contact_mesh(refinement_of(model.kind, strength), memory=True)
-    first = with_effects(from_flat(mesh, path, model.length), effects)
+    first = start_on_path(mesh, path, effects, USUAL_STEP)
     places = chain.from_iterable(
-        steps_on(replace(path, pieces=(piece,)), model.length, STEPS.get(piece.name, USUAL_STEP))
+        steps_on(
+            replace(path, pieces=(piece,)),
+            model.length,
+            STEPS.get(piece.name, USUAL_STEP),
+            0.0 if piece.start else first.lam,
+        )
         for piece in path.pieces
     )
     return load(first, places, until="touch", locate=False).end is not End.SNAP
