@@ -124,18 +124,16 @@ class _StepProblem(MovingContact):
 def steps_on(path: GripperPath, length: float, size: float, first: float = 0.0) -> Iterator[tuple[Motion, float]]:
     """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece.
 
-    ``first``: length travelled from which the path's first steps double.
+    ``first``: length travelled from which steps double up to the path's first one.
     """
     for piece in path.pieces:
         motion = AlongPath(piece, length, path.gripper)
-        begin = piece.start
+        count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
+        ends = np.linspace(piece.start, piece.end, count + 1)[1:]
         if first and piece is path.pieces[0]:
-            begin = first
-            while begin < 0.5 * min(size, piece.end):
-                begin *= 2.0
-                yield motion, begin
-        count = int(np.ceil((piece.end - begin) / size * (1.0 - 1e-12)))
-        for travelled in np.linspace(begin, piece.end, count + 1)[1:]:
+            doubled = first * 2.0 ** np.arange(1.0, np.log2(ends[0] / first))
+            ends = np.concatenate([doubled, ends])
+        for travelled in ends:
             yield motion, float(travelled)
 
 
