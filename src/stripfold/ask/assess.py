@@ -30,7 +30,7 @@ from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.files.tables import read_table
 from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import Fall, assess_strip, size_of_fall
-from stripfold.follow.memory import STEP, effects_of, load_path
+from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, effects_of, load_path
 from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, branch, remeshed
 from stripfold.follow.time import Ridge, follow_in_time, rucks
@@ -432,7 +432,8 @@ def assess(
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
         if not memory:
             return assess_strip(strip, way, fall, refinement, say)
-        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say)
+        begin = FIRST_WITH_FRICTION if asked.friction_moment else 0.0
+        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say, begin=begin)
 
     found = followed(curve, refinement, progress)
     forces, hold_friction, slip, slide_t = forces_of(found.static), nan, nan, nan

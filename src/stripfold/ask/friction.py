@@ -25,6 +25,7 @@ from stripfold.base.progress import Percent
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.follow.contact_branch import BranchPoint, clearance
 from stripfold.follow.memory import (
+    FIRST_WITH_FRICTION,
     STEP,
     effects_of,
     load,
@@ -107,7 +108,7 @@ def holds(strip: PlannedStrip, moment: float, yield_curvature: float | None) -> 
     effects = effects_of("hysteresis", strength, kappa_y)
     model = StripModel(length / unit, material.relative_thickness, kind="rod")
     mesh = model.contact_mesh(refinement_of(model.kind, strength), memory=True)
-    first = start_on_path(mesh, path, effects, USUAL_STEP)
+    first = start_on_path(mesh, path, effects, USUAL_STEP, FIRST_WITH_FRICTION)
     places = chain.from_iterable(
         steps_on(
             replace(path, pieces=(piece,)),

@@ -63,7 +63,7 @@ Effects = Callable[[Model, Array], tuple[Effect, ...]]
 STEP = 0.1
 """Usual size of the steps, L*."""
 FIRST_WITH_FRICTION = 1e-4
-"""Largest length travelled at the first state with friction in bending, L*; from there steps double up to their size.
+"""Length travelled, L*, from which the first steps with friction in bending are to double up to their size.
 What is lifted grows with the fourth root of the height, and elements that stick are lost in longer steps where a thin
 strip is pushed."""
 LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit point"
@@ -137,21 +137,18 @@ def steps_on(path: GripperPath, length: float, size: float, first: float = 0.0) 
             yield motion, float(travelled)
 
 
-def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> BranchPoint:
-    """The first state of a path that is followed in steps of ``size``, L*, from the flat strip.
+def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float, first: float = FIRST) -> BranchPoint:
+    """The first state of a path that is followed in steps of ``size``, L*, from the flat strip, at most at ``first``.
 
     Raises InvalidInputError: a step size that cannot be used.
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
-    travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
+    travelled = min(first, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
     motion = AlongPath(path.pieces[0], length, path.gripper)
     at = contact_branch.from_flat(mesh, motion, travelled)
-    own = effects(at.model, at.u)
-    if any(isinstance(effect, Hysteresis) for effect in own):
-        at = contact_branch.from_flat(mesh, motion, min(FIRST_WITH_FRICTION, travelled))
-    laws = [effect.law for effect in own if isinstance(effect, BendingLaw)]
+    laws = [effect.law for effect in effects(at.model, at.u) if isinstance(effect, BendingLaw)]
     return with_effects(bent(at, laws[0]) if laws else at, effects)
 
 
@@ -175,12 +172,15 @@ def load_path(
     size: float,
     progress: Callable[[str], None] | None = None,
     until: Until = "end",
+    begin: float = 0.0,
 ) -> Track:
-    """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`."""
-    first = start_on_path(mesh, path, effects, size)
+    """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`.
+
+    ``begin``: length travelled from which steps double up to the first one; 0: they do not.
+    """
+    first = start_on_path(mesh, path, effects, size, begin or FIRST)
     loaded = Percent(progress, "following the path in steps")
-    rubs = any(isinstance(effect, Hysteresis) for effect in first.problem.effects)
-    places = steps_on(path, first.problem.mesh.length, size, first.lam if rubs else 0.0)
+    places = steps_on(path, first.problem.mesh.length, size, first.lam if begin else 0.0)
     return load(first, places, until, progress=lambda at: loaded(at.point.lam / path.length))
 
 
