@@ -26,6 +26,7 @@ from stripfold.film import measure, plate
 from stripfold.film.boards import Board
 from stripfold.film.camera_motion import MOVED_BY
 from stripfold.film.eta_motion import MotionEtaB
+from stripfold.film.recording import half_width
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
@@ -96,7 +97,7 @@ def measured(number: int, seed: int) -> dict[str, Any]:
     if found is None:
         return row | {"outcome": REFUSED, "message": message}
     flags = "; ".join(map(str, found.flags))
-    row |= {"event": found.event, "half": measure.half_width(0.95) * found.sd, "flags": flags}
+    row |= {"event": found.event, "half": half_width(0.95) * found.sd, "flags": flags}
     if isinstance(found.eta_b, MotionEtaB):
         row |= {"eta": found.eta_b.eta_b / shot.eta_b, "low": found.eta_b.low / shot.eta_b}
         row |= {"high": found.eta_b.high / shot.eta_b}

@@ -29,8 +29,8 @@ from stripfold.film import eta_motion, measure, recording
 from stripfold.film.calibration import Calibration, calibrate_folder
 from stripfold.film.camera_motion import MOVED_BY
 from stripfold.film.eta_motion import MotionEtaB
-from stripfold.film.measure import WARNING, RecordingMeasurement, half_width
-from stripfold.film.recording import Entries, Recording
+from stripfold.film.measure import WARNING, RecordingMeasurement
+from stripfold.film.recording import Entries, Recording, half_width
 from stripfold.film.tracking import track
 from verification.common import Progress, attempted, pooled, table
 from verification.films import CHAIN, Film, film, truth_of

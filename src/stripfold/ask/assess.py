@@ -432,7 +432,7 @@ def assess(
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
         if not memory:
             return assess_strip(strip, way, fall, refinement, say)
-        begin = FIRST_WITH_FRICTION if asked.friction_moment else 0.0
+        begin = FIRST_WITH_FRICTION if law[0] == "hysteresis" and law[1] else 0.0
         return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say, begin=begin)
 
     found = followed(curve, refinement, progress)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
 
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
@@ -28,7 +27,7 @@ from stripfold.film.camera_motion import FIRST, Shift
 from stripfold.film.clock import Clock, read_log, synchronise
 from stripfold.film.eta_motion import ModelValue, MotionEtaB, model_value
 from stripfold.film.pictures import one_thread
-from stripfold.film.recording import DEVIATIONS, SD_95, ManualOnset, Recording, compare
+from stripfold.film.recording import DEVIATIONS, SD_95, ManualOnset, Recording, compare, half_width
 from stripfold.film.snap import Speed
 from stripfold.film.tracking import MIN_FRAMES, TRACKED_SHARE, Mapped, Tracks, track
 
@@ -84,11 +83,6 @@ class Trial(NamedTuple):
             return f"from {self.begin:.2f} s on: not measured, {self.reason}"
         value = f"λ = {1e3 * self.event:.2f} mm, SD {1e3 * self.sd:.2f} mm, at {self.event_time:.2f} s"
         return f"from {self.begin:.2f} s on: {value if self.snapped else f'no snap up to {1e3 * self.event:.2f} mm'}"
-
-
-def half_width(share: float) -> float:
-    """Half the width of the confidence interval with this probability, in standard deviations: errors are normal."""
-    return float(ndtri(0.5 + 0.5 * share))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

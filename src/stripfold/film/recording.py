@@ -35,7 +35,13 @@ wide strips are seen too short."""
 MAX_SPEED_RATIO = 5.0
 """Described speed over that of the film, or the reverse, from which on a unit must be wrong."""
 
-SD_95 = 1.0 / float(ndtri(0.975))
+
+def half_width(share: float) -> float:
+    """Half the width of the confidence interval with this probability, in standard deviations: errors are normal."""
+    return float(ndtri(0.5 + 0.5 * share))
+
+
+SD_95 = 1.0 / half_width(0.95)
 """Standard deviation over half the width of a 95 % interval."""
 DEVIATIONS = 3.0
 """Standard deviations between a given number and what the film says of it from which one of them is wrong."""

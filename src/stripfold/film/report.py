@@ -21,8 +21,9 @@ from stripfold.draw.colours import BLACK, BLUE, GREY, RED
 from stripfold.draw.style import MILLI, figure, styled
 from stripfold.film import calibration, snap
 from stripfold.film.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
-from stripfold.film.measure import RecordingMeasurement, half_width
+from stripfold.film.measure import RecordingMeasurement
 from stripfold.film.pictures import one_thread
+from stripfold.film.recording import half_width
 
 WIDTH, TILE = 480, 400
 """Largest width of the film, and width of a frame in the montage, pixels."""

@@ -268,22 +268,22 @@ def _changed_to(at: BranchPoint, number: int, parts: tuple[bool, ...]) -> Branch
     place = float(np.mean(contact[number : after - 1]))
     topology = (*topology[:number], *parts, *topology[after:])
 
-    def changed(new: list[float], row: Array, corner: float) -> BranchPoint:
+    def changed(new: list[float], length_given: bool = False) -> BranchPoint:
         there = np.concatenate([contact[:number], new, contact[after - 1 :]])
+        row, corner = np.zeros(len(there)), 1.0
+        if length_given:
+            row[number : number + 2], corner = (-1.0, 1.0), 0.0
         return transferred(at, there, topology, constraint=(row, corner))
 
-    count = len(contact) + len(parts) + number - after
     if len(parts) < 3:
-        return changed([place][: len(parts) - 1], np.zeros(count), 1.0)
-    # A new interval has its first length, wherever lambda is; with friction, which does not go back, the one that it
-    # has by now.
-    row = np.zeros(count)
-    row[number : number + 2] = -1.0, 1.0
+        return changed([place] if len(parts) == 2 else [])
     first = [place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL]
     try:
-        return changed(first, row, 0.0)
+        # A new interval has its first length, wherever lambda is.
+        return changed(first, length_given=True)
     except NewtonError:
-        return changed(first, np.zeros(count), 1.0)
+        # Behind this lambda, with friction, which does not go back: it has the length that it has by now.
+        return changed(first)
 
 
 def follow(

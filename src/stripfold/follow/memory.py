@@ -121,30 +121,30 @@ class _StepProblem(MovingContact):
         return residual + self._share(lam) * self.taken, matrix, rate
 
 
-def steps_on(path: GripperPath, length: float, size: float, first: float = 0.0) -> Iterator[tuple[Motion, float]]:
+def steps_on(path: GripperPath, length: float, size: float, begin: float = 0.0) -> Iterator[tuple[Motion, float]]:
     """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece.
 
-    ``first``: length travelled from which steps double up to the path's first one.
+    ``begin``: length travelled from which steps double up to the path's first one; 0: they do not.
     """
     for piece in path.pieces:
         motion = AlongPath(piece, length, path.gripper)
         count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
         ends = np.linspace(piece.start, piece.end, count + 1)[1:]
-        if first and piece is path.pieces[0]:
-            doubled = first * 2.0 ** np.arange(1.0, np.log2(ends[0] / first))
+        if begin and piece is path.pieces[0]:
+            doubled = begin * 2.0 ** np.arange(1.0, np.log2(ends[0] / begin))
             ends = np.concatenate([doubled, ends])
         for travelled in ends:
             yield motion, float(travelled)
 
 
-def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float, first: float = FIRST) -> BranchPoint:
-    """The first state of a path that is followed in steps of ``size``, L*, from the flat strip, at most at ``first``.
+def start_on_path(mesh: Planned, path: GripperPath, effects: Effects, size: float, begin: float = FIRST) -> BranchPoint:
+    """The first state of a path that is followed in steps of ``size``, L*, from the flat strip, at most at ``begin``.
 
     Raises InvalidInputError: a step size that cannot be used.
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
-    travelled = min(first, path.pieces[0].end / 4.0, size / 4.0)
+    travelled = min(begin, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
     motion = AlongPath(path.pieces[0], length, path.gripper)
     at = contact_branch.from_flat(mesh, motion, travelled)
@@ -176,7 +176,7 @@ def load_path(
 ) -> Track:
     """Follow a path from the flat strip in steps of ``size``, L*; errors as :func:`start_on_path` and :func:`load`.
 
-    ``begin``: length travelled from which steps double up to the first one; 0: they do not.
+    ``begin``: as for :func:`steps_on`.
     """
     first = start_on_path(mesh, path, effects, size, begin or FIRST)
     loaded = Percent(progress, "following the path in steps")
