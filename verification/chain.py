@@ -15,6 +15,9 @@ from stripfold.base.arrays import Array
 
 VISCOUS = 2e-4
 """Viscosity of the chain: it damps waves of one node."""
+SPRING, YIELDS = 4.0, 0.05
+"""Largest stiffness of the friction of a hinge before it slides, that of the strip being 1, and the curvature at which
+it slides if it is less stiff, 1 / L*: docs/physics.md, section 8."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,10 @@ class Chain:
     spring: float
 
     @classmethod
-    def of(cls, length: float, thickness: float, spacing: float, friction: float = 0.0, spring: float = 0.0) -> Chain:
-        """A strip of a length, with nodes ``spacing`` or less apart."""
+    def of(cls, length: float, thickness: float, spacing: float, friction: float = 0.0) -> Chain:
+        """A strip of a length, with nodes ``spacing`` or less apart, and with friction in bending."""
         arc, stretching = np.linspace(0.0, length, ceil(length / spacing) + 1), 12.0 / thickness**2
+        spring = min(friction / YIELDS, SPRING)
         step = 0.4 * min(arc[1] / sqrt(stretching), arc[1] ** 2 / 2.0 / sqrt(1.0 + spring))
         return cls(arc, stretching, step, friction, spring)
 

@@ -52,9 +52,6 @@ UNCERTAIN = 2.2e-3
 to 40 L* and 5 to 20 % found 0.8 to 1.4 times as much."""
 THICKNESS = 0.05
 """Of the strips that are folded, L*: of the thinner chain the waves along it are too fast."""
-SPRING, YIELDS = 4.0, 0.05
-"""Largest stiffness of the friction before it slides, that of the strip being 1, and the curvature at which it slides
-if it is less stiff, 1 / L*: docs/physics.md, section 8."""
 FOLDS = "rod", "chain", "snaps", "hurry"
 PARTS = 500
 """How often the chain's speed is looked at."""
@@ -140,7 +137,7 @@ def fold(moment: float, way: str, length: float) -> dict[str, float]:
     path = next(one.path for one in candidates(asked) if one.name == way)
     strip = Strip(length=asked.length, eta_b=asked.eta_b, eta_m=asked.eta_m)
     found = strip.assess(path, friction_moment=moment * asked.material.force_scale * unit, model="rod")
-    chain = Chain.of(length, THICKNESS, SPACING, moment, min(moment / YIELDS, SPRING))
+    chain = Chain.of(length, THICKNESS, SPACING, moment)
     travelled, places = path.curve.sampled(path.spacing)
     s = np.arange(0.0, travelled[-1] / unit + REST * SPEED, SPEED * chain.step)
     gripper = np.column_stack([np.interp(s, travelled / unit, of / unit) for of in places.T])

@@ -3,8 +3,8 @@
 Each strip has a true eta_b, a true friction between its layers and a gripper that is a little off, drawn from what the
 planner is told.  A chain of point masses that shares no code with it follows the chosen path in time, with stretch, a
 floor that rubs and free lift-off, and for some MuJoCo, a public engine; their folds are compared with what the plan
-states.  And what comes of each path of a
-strip that is known, over its length: how far it snaps, and how far its fold is off with friction between the layers.
+states.  So are those of cloth, the hinges of whose chain slide.  And what comes of each path of a strip that is known,
+over its length: how far it snaps, and how far its fold is off with friction between the layers.
 Source: docs/plan.md.
 """
 
@@ -37,12 +37,15 @@ from verification.common import ONE_CORE, Progress, attempted, dataset, grid, po
 from verification.numbers import Facts, Number
 from verification.peers import FOLDER
 
-UNITS = {"s": "seconds", "m": "median most error engine paper"}
+UNITS = {"s": "seconds", "m": "median most error engine paper cloth_median cloth_most cloth_error"}
 
 LENGTH, ETA_B, SPEED = (8.5, 30.0), (820.0, 30200.0), (0.05, 0.15)
 """What is drawn: strip length, L*, evenly; eta_b, m^-4 s^2, and the gripper's speed, m/s, by their logarithms."""
 UNCERTAINTY, ACCURACY, FRICTION = 0.2, 1e-3, 0.5
 """What the planner is told: of eta_b, relative; of the gripper, m; and the largest friction between the layers."""
+MOMENT, TOLD = (0.2, 1.1), 0.1
+"""M_0 of cloth, rho_a g L*^2, drawn by its logarithm, as fabrics have (docs/physics.md, section 10); how well the
+planner is told it, relative."""
 PAPER = ("triangular", "circular", "r-path")
 SHOWN = {"low": ("low path", Look(GREEN, "s")), **PATH_LOOKS}
 """Paths of the figure."""
@@ -59,13 +62,17 @@ ENGINE_SPACING = 0.12
 """Of MuJoCo's points, L*."""
 
 
-def case(number: int, seed: int) -> PlanInputs:
-    """A random strip, the same for the same numbers."""
+def case(number: int, seed: int, cloth: bool = False) -> PlanInputs:
+    """A random strip, the same for the same numbers; ``cloth``: one with friction in bending."""
     random = np.random.default_rng([seed, number])
     eta_b, speed = (float(np.exp(random.uniform(*np.log(of)))) for of in (ETA_B, SPEED))
-    unit = Strip(length=1.0, eta_b=eta_b).gravity_length
+    strip = Strip(length=1.0, eta_b=eta_b)
+    length = strip.gravity_length * random.uniform(*LENGTH)
+    moment = strip.material.scales["N"] * float(np.exp(random.uniform(*np.log(MOMENT))))
     return PlanInputs(
-        length=unit * random.uniform(*LENGTH),
+        length=length,
+        friction_moment=moment if cloth else None,
+        friction_uncertainty=TOLD if cloth else None,
         eta_b=eta_b,
         eta_b_uncertainty=UNCERTAINTY,
         gripper_accuracy=ACCURACY,
@@ -78,6 +85,7 @@ def run(
     cases: int = 2,
     followed: int = 1,
     engine: int = 1,
+    cloth: int = 0,
     lengths: Sequence[float] = (9.0, 16.0),
     seed: int = 1,
     threads: int = 1,
@@ -86,16 +94,19 @@ def run(
     """Plan for the first random strips of the sequence that ``seed`` starts.
 
     The first ``followed`` are followed by the chain, too, and the first ``engine`` of these by MuJoCo, where it is
-    installed.
+    installed.  ``cloth``: number of strips with friction in bending, all of which are followed by the chain.
 
     Dataset over ``case``: the chosen path, "failed" where there is none; ``median`` and 95 % quantile, ``most``, of the
     error of its fold; the least such quantile of the paper's three paths, ``paper``; the chain's ``error`` and the
     ``engine``'s, nan of those that are not followed; whether the best one snaps; seconds of the plan; messages.  Over
-    ``shown`` and ``length``: :func:`known`.
+    ``cloth`` the same of the first.  Over ``shown`` and ``length``: :func:`known`.
     """
     rows = pooled(partial(numbered, seed=seed, followed=followed, engine=engine), range(cases), threads, progress)
+    rubbed = pooled(partial(of_cloth, seed=seed), range(cloth), threads, progress)
     values = grid(known, KNOWN, {"shown": list(SHOWN), "length": lengths}, threads, progress)
     of = table("case", rows, {"seed": seed}, units=UNITS)
+    if rubbed:
+        of = of.merge(table("cloth", rubbed, units=UNITS))
     return of.merge(dataset(values, {}))
 
 
@@ -131,11 +142,26 @@ def numbered(number: int, seed: int, followed: int, engine: int = 0) -> dict[str
     return row
 
 
+def of_cloth(number: int, seed: int) -> dict[str, Any]:
+    """The strip of cloth of this number."""
+    asked = case(number, seed, cloth=True)
+    row: dict[str, Any] = {"cloth": number, "cloth_path": "failed"}
+    row |= dict.fromkeys(("cloth_median", "cloth_most", "cloth_error"), np.nan)
+    found, row["cloth_message"] = attempted(lambda: choose(asked.model_copy(update={"speed": None}))[0][0])
+    if found is not None:
+        truth = Truth.drawn(asked, found, np.random.default_rng([seed, number, 1]))
+        row |= {"cloth_path": found.name, "cloth_median": found.error[0], "cloth_most": found.error[1]}
+        row["cloth_error"] = by_chain(truth)
+    return row
+
+
 class Truth(NamedTuple):
-    """A true strip, its friction with the floor, and its gripper's way: places, L*, at times, sqrt(L*/g)."""
+    """A true strip, its friction with the floor and in bending, rho_a g L*^2, and its gripper's way: places, L*, at
+    times, sqrt(L*/g)."""
 
     strip: Strip
     mu: float
+    moment: float
     t: Array
     way: Array
 
@@ -145,6 +171,7 @@ class Truth(NamedTuple):
         eta_b = asked.eta_b * random.uniform(1.0 - UNCERTAINTY, 1.0 + UNCERTAINTY)
         off, mu = random.normal(0.0, ACCURACY / NORMAL_95), random.uniform(0.0, FRICTION)
         strip = Strip(length=asked.length, eta_b=eta_b)
+        moment = (asked.friction_moment or 0.0) * random.uniform(1.0 - TOLD, 1.0 + TOLD) / strip.material.scales["N"]
         unit, second = strip.gravity_length, strip.material.scales["s"]
         travelled, places = best.path.curve.sampled(best.path.spacing)
         motion = timed(travelled, places, asked.gripper_speed, asked.acceleration)
@@ -154,7 +181,7 @@ class Truth(NamedTuple):
         # A gripper that is off has grasped the strip where it should.
         way[:, 0] += off / unit * np.minimum(s / unit, 1.0)
         way[:, 1] = np.maximum(way[:, 1], 0.0)
-        return cls(strip, mu, t / second, way)
+        return cls(strip, mu, moment, t / second, way)
 
     @property
     def drag(self) -> float:
@@ -171,7 +198,7 @@ class Truth(NamedTuple):
 def by_chain(truth: Truth) -> float:
     """The error of the fold of a chain of point masses, m."""
     strip = truth.strip
-    chain = Chain.of(strip.length_star, max(strip.material.relative_thickness, LEAST), SPACING)
+    chain = Chain.of(strip.length_star, max(strip.material.relative_thickness, LEAST), SPACING, truth.moment)
     t = np.arange(0.0, truth.t[-1] + REST, chain.step)
     way, state = np.column_stack([np.interp(t, truth.t, of) for of in truth.way.T]), chain.flat()
     chain.follow(state, way, truth.drag, mu=truth.mu)
@@ -226,6 +253,26 @@ def of_engine(d: xr.Dataset) -> list[Facts]:
     return [{"inside": inside, "count": known.sum(), "least": int(np.floor(0.85 * known.sum())), **differ}]
 
 
+def of_folded(d: xr.Dataset) -> list[Facts]:
+    """None where no cloth was folded."""
+    if "cloth" not in d.dims:
+        return []
+    error, path = d.cloth_error.values, d.cloth_path.values
+    known = np.isfinite(error)
+    apart = np.abs(error - d.cloth_median.values)[known]
+    return [
+        {
+            "folded": known.sum(),
+            "count": len(path),
+            "inside": (error <= d.cloth_most.values)[known].mean(),
+            "kinds": ", ".join(f"{(path == name).sum()} {name}" for name in np.unique(path)),
+            "usual": 1e3 * np.median(error[known]),
+            "apart": 1e3 * np.median(apart),
+            "seed": d.attrs["seed"],
+        }
+    ]
+
+
 # fmt: off
 NUMBERS = {
     facts: (
@@ -243,6 +290,13 @@ NUMBERS = {
         Number("plan_seconds", "seconds", "s", "<= 3 s, the longest <= 10 s",
             "median time of a plan with its table, one core, warm process; the longest {longest:.2g} s",
             lambda f: f.seconds <= 3.0 and f.longest <= 10.0),
+    ),
+    of_folded: (
+        Number("plan_coverage_cloth", "inside", "1", ">= 0.93, all of them folded",
+            "the same share of {folded} of {count} strips of cloth, M_0 of 0.2 to 1.1 rho_a g L*^2, told within 10 %, "
+            "with hinges that slide (seed {seed}); chosen were {kinds}; the folds are off by {usual:.2g} mm in the "
+            "median, which is {apart:.2g} mm from the plan's median",
+            lambda f: f.inside >= 0.93 and f.folded == f.count, spread=0.1),
     ),
     of_engine: (
         Number("plan_engine", "inside", "count", ">= {least} of {count}",

@@ -375,7 +375,8 @@ def plan_options(parser: argparse.ArgumentParser) -> None:
     options(parser, PlanInputs, ("max_snap", "max_slide", "margin", "tool", "layer_friction"))
     text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*, of more friction M_0 / 4 B]"
     parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
-    options(parser, PlanInputs, ("speed", "acceleration", "jerk", "flatness", "table_friction", "curl"))
+    options(parser, PlanInputs, ("friction_uncertainty", "speed", "acceleration", "jerk", "flatness"))
+    options(parser, PlanInputs, ("table_friction", "curl"))
     _cores_option(parser)
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
     text = "the plan with the path as one JSON object: printed, or written there"

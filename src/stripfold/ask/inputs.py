@@ -419,6 +419,10 @@ class PlanInputs(Curled):
         quantity("limit: length of a tool behind the grasp, which must stay above the table", "m", ge=0.0, le=10.0),
     ] = None
     friction_moment: FrictionMoment = None
+    friction_uncertainty: Annotated[
+        Number | None,
+        quantity("relative uncertainty of M_0, as 0.2 or 20%; by default a tenth", ge=0.0, le=MOST_UNCERTAIN),
+    ] = None
     yield_curvature: Annotated[
         Number | None, quantity("its kappa_y; by default 0.05 / L*, or M_0 over 4 B", "1/m", ge=1e-3, le=1e6)
     ] = None
@@ -438,8 +442,9 @@ class PlanInputs(Curled):
         if self.margin is not None and not self.margin < self.length:
             advice = value_meant(self.margin, "m", 0.0, 0.25 * self.length)
             raise InvalidInputError("margin", self.margin, f"less than the length, {self.length:g} m", advice)
-        if self.yield_curvature is not None and self.friction_moment is None:
-            raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
+        for name in ("yield_curvature", "friction_uncertainty"):
+            if self.friction_moment is None and (value := getattr(self, name)) is not None:
+                raise InvalidInputError(name, value, "this together with friction_moment")
         for strip in self.strips:
             Curled(**strip.model_dump(), curl=self.curl)
         if self.curl and self.friction_moment is not None:

@@ -35,6 +35,8 @@ STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
 DELAY = 8.0
 """Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
+FRICTION_UNCERTAINTY = 0.1
+"""Of M_0, relative, where it is not given: it is seldom known to better than that."""
 SAMPLES = 4000
 """Of what is uncertain, from which the interval of the fold's error follows."""
 FARTHEST, OFFSETS = 4.0, 17
@@ -205,7 +207,7 @@ def outcome_of(
             verdicts.append(there.get(strip.eta_b) or follower.verdict(strip))
         hold_friction = worst(verdict.hold_friction for verdict in verdicts)
         slips = asked.table_friction is not None and hold_friction > asked.table_friction
-        error = (nan, inf) if slips and not slides else follower.error(verdicts, say)
+        error = (nan, inf) if slips and not slides else follower.error(verdicts, say, rubbed is not None)
     except SolveError as problem:
         failure = " ".join(str(problem).split())
     margin = worst(map(follower.margin, verdicts), np.min)
@@ -291,19 +293,26 @@ class _Follower:
         """Distance by which friction delays a snap, m per N of M_0."""
         return DELAY / self.asked.material.force_scale
 
+    @property
+    def friction_uncertainty(self) -> float:
+        """Of M_0, relative."""
+        given = self.asked.friction_uncertainty
+        return FRICTION_UNCERTAINTY if given is None else given
+
     def with_friction(
         self, strips: Sequence[Strip], say: Callable[[str], None], known: Outcome | None
     ) -> tuple[float | None, list[PathAssessment]] | None:
         """What the strips do with the friction in bending that is given, and M_0 that holds them; None: they need none.
 
-        ``known``: what some of them do.  M_0 is as much less than there is as the margin and :data:`SPARE` say.  None
-        of both where there is no friction, they do not follow with it, or cannot be followed: what is known without
-        then stands, in which nothing is held.
+        ``known``: what some of them do.  M_0 is as much less than there is as the margin, its uncertainty and
+        :data:`SPARE` say.  None of both where there is no friction, they do not follow with it, or cannot be followed:
+        what is known without then stands, in which nothing is held.
         """
         asked, there = self.asked, self.asked.friction_moment
         if there is None or self.candidate.gripper != "hinge":
             return None
-        enough = min(there / SPARE, there - (asked.margin or 0.0) / self.delay)
+        least = min(1.0 / SPARE, 1.0 - self.friction_uncertainty) * there
+        enough = min(least, there - (asked.margin or 0.0) / self.delay)
         found = {} if known is None else {verdict.asked.eta_b: verdict for verdict in known.verdicts}
         moment = None if known is None else known.sufficient_moment
         new = {strip.eta_b: strip for strip in strips if strip.eta_b not in found}
@@ -358,8 +367,8 @@ class _Follower:
         """Of the motion, s."""
         return float(times(self.asked, self.candidate.path)[-1])
 
-    def error(self, verdicts: Sequence[PathAssessment], say: Callable[[str], None]) -> Bound:
-        """Median and 95 % quantile of the fold's error: eta_b, the gripper's place, and whether friction decides.
+    def error(self, verdicts: Sequence[PathAssessment], say: Callable[[str], None], with_friction: bool) -> Bound:
+        """Median and 95 % quantile of the fold's error: eta_b, M_0, the gripper's place, and whether friction decides.
 
         Of the best path, with three verdicts, the fold that friction leaves is found in time; of others it is bounded.
         """
@@ -387,8 +396,24 @@ class _Follower:
         drawn = random.uniform(eta_b[0], eta_b[-1], SAMPLES), random.normal(0.0, deviation, SAMPLES)
         holds = random.uniform(size=SAMPLES) < 0.5
         off = np.where(holds, *(_interpolated(eta_b, offs, of, *drawn) for of in (rubbed, still)))
+        if with_friction:
+            off = np.maximum(off + self._by_friction(verdicts, say) * random.uniform(-1.0, 1.0, SAMPLES), 0.0)
         median, most = np.quantile(off, (0.5, 0.95))
         return float(median), float(most)
+
+    def _by_friction(self, verdicts: Sequence[PathAssessment], say: Callable[[str], None]) -> float:
+        """How much farther a fold is off, m, with as much more friction in bending as may be.
+
+        Of the best path, with three verdicts, that is followed; of others it is in proportion to the error.
+        """
+        asked, given, uncertain = self.asked, verdicts[len(verdicts) // 2], self.friction_uncertainty
+        if asked.friction_moment and uncertain and len(verdicts) == len(asked.strips):
+            say(f"{self.candidate.name} path with more friction in bending")
+            with suppress(SolveError):
+                more = self.verdict(asked.strips[1], (1.0 + uncertain) * asked.friction_moment)
+                if isfinite(more.shape_error):
+                    return more.shape_error - given.shape_error
+        return uncertain * given.shape_error
 
 
 def _errors(state: StripState, strip: Strip, offs: Array) -> Array:

@@ -166,7 +166,8 @@ PLAN = Question(
     inputs=PlanInputs,
     keys=(
         *("goal", "length", "eta_b", "eta_m", "rho_a", "eta_b_uncertainty", "gripper_accuracy", "layer_friction"),
-        *("max_snap", "max_slide", "friction_moment", "speed", "flatness", "curl", "table_friction"),
+        *("max_snap", "max_slide", "friction_moment", "friction_uncertainty", "speed", "flatness", "curl"),
+        "table_friction",
     ),
     numbers=(
         *("outcome_error", "outcome_drop", "outcome_energy", "outcome_margin", "outcome_layer_slide"),

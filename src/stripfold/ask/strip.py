@@ -325,6 +325,7 @@ class Strip:
         margin: float | None = None,
         tool: float | None = None,
         friction_moment: float | None = None,
+        friction_uncertainty: float | None = None,
         yield_curvature: float | None = None,
         speed: float | None = None,
         acceleration: float = 0.5,
@@ -355,6 +356,8 @@ class Strip:
             distance of the gripper from where the strip snaps, and length of the tool that has to clear the table.
         friction_moment, yield_curvature
             M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which may hold a strip that snaps without.
+        friction_uncertainty
+            Relative uncertainty of M_0, by default a tenth.
         speed, acceleration, jerk
             Largest ones of the gripper, m/s, m/s^2 and m/s^3; the jerk is that along the path, unlimited if it is
             not given.  With a speed the best path is followed in time, too; without one it is timed for 0.1 m/s.
