@@ -184,7 +184,13 @@ def transferred(
     where = Constraint(rows, corner, q, point.lam)
     state = newton.solve(new, q, point.lam, new.bounded, where, predicted_stress=stress)
     if new.effects:
-        new = new.let_go(state.q)
+        # Held, friction gives way to what other elements and a new contact move, and each time a little more is lost.
+        held, new = new, new.let_go(state.q, resists=True)
+        try:
+            state = newton.solve(new, state.q, state.lam, new.bounded, where)
+        except NewtonError:
+            # Elements stick and slide in turn.
+            new = held.let_go(state.q, resists=False)
     along = point.tangent.q[problem.n :] if len(to) == len(here) else row
     towards = Tangent(np.concatenate([np.zeros(new.n), along]), point.tangent.lam)
     return BranchPoint(new, continuation.evaluate(new.sliding, state, towards, point.arc))

@@ -80,8 +80,11 @@ class Effect(ABC):
         """The effect with the tangent of sliding where an element is about to slide."""
         return self
 
-    def let_go(self, q: Array) -> Self:
-        """The effect in the state ``q`` found with held moments; they are the same there."""
+    def let_go(self, q: Array | None = None) -> Self:
+        """The effect after a state was found with held moments: it resists what has moved since it was carried over.
+
+        With the state ``q`` it does not, and its moments there are those that were held.
+        """
         return self
 
 
@@ -341,7 +344,8 @@ class Hysteresis(ElementMoments):
     sticks_up_to
         Share of kappa_y up to which the tangent is that of sticking.
     held
-        Curvature of the springs, 1/L*, shape (n_elements,), where it does not depend on the state; None where it does.
+        Curvatures of the springs and of the elements as they were carried over, 1/L*, shape (n_elements,) each, where
+        the moments do not depend on the state; None where they do.
     """
 
     model: Model = field(repr=False)
@@ -352,7 +356,7 @@ class Hysteresis(ElementMoments):
     directors: Directors = field(repr=False)
     cells: tuple[Array, Array] | None = field(default=None, repr=False)
     sticks_up_to: float = 1.0 + STICK_TOLERANCE
-    held: Array | None = field(default=None, repr=False)
+    held: tuple[Array, Array] | None = field(default=None, repr=False)
 
     @classmethod
     def of(
@@ -390,12 +394,12 @@ class Hysteresis(ElementMoments):
     def _spring(self, curvature: Array) -> Array:
         """Curvature of the springs."""
         if self.held is not None:
-            return self.held
+            return self.held[0]
         return np.clip(curvature - self.slip, -self.yield_curvature, self.yield_curvature)
 
     def _moment(self, curvature: Array) -> tuple[Array, Array]:
         if self.held is not None:
-            return self.stiffness * self.held, np.zeros_like(curvature)
+            return self.stiffness * self.held[0], np.zeros_like(curvature)
         # With the spring's stiffness where it sticks, without where it slides.
         sticks = np.abs(curvature - self.slip) <= self.yield_curvature * self.sticks_up_to
         return self.stiffness * self._spring(curvature), np.where(sticks, self.stiffness, 0.0)
@@ -466,17 +470,22 @@ class Hysteresis(ElementMoments):
         """The friction in a state ``q`` on other elements: its moments, held until they are :meth:`let_go`.
 
         Curvatures on other elements differ from those in ``q``, by more than kappa_y where it is small.  With kappa_p
-        kept springs would stick and slide in turn; with the moments kept the state stays in equilibrium.
+        kept springs would stick and slide in turn; with the moments kept the state is found.
         """
-        spring = integrals(self.model.ends, self._spring(self.curvature(q)), model.ends)
-        averaged = np.diff(spring) / np.diff(model.ends)
-        held = np.clip(averaged, -self.yield_curvature, self.yield_curvature)
+        held = self._spring(self.curvature(q)), self.curvature(q)
+        springs, curvature = (np.diff(integrals(self.model.ends, of, model.ends)) / np.diff(model.ends) for of in held)
+        springs = np.clip(springs, -self.yield_curvature, self.yield_curvature)
         lost = self.dissipated + self.dissipation(q)
-        return replace(self, model=model, directors=model.directors, cells=None, held=held, dissipated=lost)
+        return replace(
+            self, model=model, directors=model.directors, cells=None, held=(springs, curvature), dissipated=lost
+        )
 
-    def let_go(self, q: Array) -> Self:
-        """The friction with the moments held, in a state ``q``."""
-        return self if self.held is None else replace(self, held=None, slip=self.curvature(q) - self.held)
+    def let_go(self, q: Array | None = None) -> Self:
+        """The friction with the moments held no more."""
+        if self.held is None:
+            return self
+        springs, curvature = self.held
+        return replace(self, held=None, slip=(curvature if q is None else self.curvature(q)) - springs)
 
     @cached_property
     def _in_cells(self) -> tuple[Array, Array]:

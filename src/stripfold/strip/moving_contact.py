@@ -144,10 +144,10 @@ class MovingContact:
         effects = tuple(effect.about_to_slide() for effect in self.effects)
         return replace(self, effects=effects) if effects else self
 
-    def let_go(self, q: Array) -> MovingContact:
-        """The problem in a state ``q`` with moments that were held: see :meth:`.Effect.carried_over`."""
+    def let_go(self, q: Array, resists: bool) -> MovingContact:
+        """The problem in a state ``q`` found with held moments; ``resists``: see :meth:`.Effect.let_go`."""
         u, contact = q[: self.n], self.contact(q)
-        effects = tuple(effect.let_go(u) for effect in self.at(contact).effects)
+        effects = tuple(effect.let_go(None if resists else u) for effect in self.at(contact).effects)
         return MovingContact(self.mesh, self.motion, effects, contact.copy())
 
     @cached_property
