@@ -8,6 +8,7 @@ whole strip leaves the floor; and back.  Lengths in L*.  Source: docs/physics.md
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -284,12 +285,16 @@ def _changed_to(at: BranchPoint, number: int, parts: tuple[bool, ...]) -> Branch
     if len(parts) < 3:
         return changed([place] if len(parts) == 2 else [])
     first = [place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL]
-    try:
-        # A new interval has its first length, wherever lambda is.
+    # A new interval has its first length, wherever lambda is.
+    if not at.problem.effects:
         return changed(first, length_given=True)
-    except NewtonError:
-        # Behind this lambda, with friction, which does not go back: it has the length that it has by now.
-        return changed(first)
+    # With friction, which does not go back, it may be there ahead, or have another length by now, or not be there yet.
+    for length_given in (True, False):
+        with suppress(NewtonError):
+            found = changed(first, length_given)
+            if found.lam > at.lam or not length_given:
+                return found
+    return at
 
 
 def follow(
