@@ -188,6 +188,16 @@ class TestOutcomes:
         assert solid.stable
         assert rod.shape_error == pytest.approx(solid.shape_error, rel=0.1)
 
+    def test_friction_of_real_cloth_gives_the_fold_of_a_chain_of_masses(self) -> None:
+        """0.2212 L* by verification/chain.py, whatever the elements: planned anew along the path they must keep what
+        friction holds."""
+        unit = star(ETA_B)
+        strip = {"length": 12.0 * unit, "eta_b": ETA_B, "eta_m": ETA_B * (0.05 * unit) ** 2 / 12.0}
+        moment, way = 1.114 * sf.Strip(**strip).material.scales["N"], sf.paths.circular(sf.Strip(**strip))
+        asked = PathInputs(**strip, friction_moment=moment, model="rod", step=0.25 * unit)
+        folds = [assess(asked, way, refinement=factor, compare=False).shape_error / unit for factor in (1.0, 2.0)]
+        assert folds == pytest.approx([0.2212, 0.2212], rel=0.02)
+
     def test_friction_of_real_cloth_follows_a_push_on_a_thin_strip(self) -> None:
         """In the first steps of the triangular path elements stick; with half as long ones the fold is the same."""
         unit = star(ETA_B)
@@ -224,9 +234,9 @@ class TestOutcomes:
         given = asked(length=9.5 * star(ETA_B), friction_moment=moment, friction_uncertainty=unsure, **exact)
         low = next(candidate for candidate in planner.candidates(given) if candidate.name == "low")
         found = outcome_of(given, low, given.strips)
-        strip = given.strips[1].model_dump()
+        strip, step = given.strips[1].model_dump(), 0.25 * star(ETA_B)  # a plan's
         usual, most = (
-            assess(PathInputs(**strip, friction_moment=m, model="rod"), low.path, compare=False).shape_error
+            assess(PathInputs(**strip, friction_moment=m, model="rod", step=step), low.path, compare=False).shape_error
             for m in (moment, (1.0 + unsure) * moment)
         )
         assert found.error == pytest.approx((usual, usual + 0.9 * (most - usual)), rel=0.02)
