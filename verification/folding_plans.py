@@ -37,7 +37,8 @@ from verification.common import ONE_CORE, Progress, attempted, dataset, grid, po
 from verification.numbers import Facts, Number
 from verification.peers import FOLDER
 
-UNITS = {"s": "seconds", "m": "median most error engine paper cloth_median cloth_most cloth_error"}
+LENGTHS = "median most error engine paper"
+UNITS = {"s": "seconds cloth_seconds", "m": f"{LENGTHS} cloth_{LENGTHS.replace(' ', ' cloth_')}"}
 
 LENGTH, ETA_B, SPEED = (8.5, 30.0), (820.0, 30200.0), (0.05, 0.15)
 """What is drawn: strip length, L*, evenly; eta_b, m^-4 s^2, and the gripper's speed, m/s, by their logarithms."""
@@ -102,11 +103,12 @@ def run(
     ``cloth`` the same of the first.  Over ``shown`` and ``length``: :func:`known`.
     """
     rows = pooled(partial(numbered, seed=seed, followed=followed, engine=engine), range(cases), threads, progress)
-    rubbed = pooled(partial(of_cloth, seed=seed), range(cloth), threads, progress)
+    rubbed = pooled(partial(numbered, seed=seed, followed=cloth, cloth=True), range(cloth), threads, progress)
     values = grid(known, KNOWN, {"shown": list(SHOWN), "length": lengths}, threads, progress)
     of = table("case", rows, {"seed": seed}, units=UNITS)
     if rubbed:
-        of = of.merge(table("cloth", rubbed, units=UNITS))
+        named = [{"cloth": row.pop("case"), **{f"cloth_{name}": row[name] for name in row}} for row in rubbed]
+        of = of.merge(table("cloth", named, units=UNITS))
     return of.merge(dataset(values, {}))
 
 
@@ -121,9 +123,9 @@ def known(path: str, length: float) -> dict[str, float]:
     return {"drop": found.drop / UNIT, "energy": energy, "off": found.error[1] / UNIT}
 
 
-def numbered(number: int, seed: int, followed: int, engine: int = 0) -> dict[str, Any]:
+def numbered(number: int, seed: int, followed: int, engine: int = 0, cloth: bool = False) -> dict[str, Any]:
     """The case of this number."""
-    asked = case(number, seed)
+    asked = case(number, seed, cloth)
     row: dict[str, Any] = {"case": number, "path": "failed", "snaps": 0.0}
     row |= dict.fromkeys(("median", "most", "paper", "error", "engine"), np.nan)
     began = perf_counter()
@@ -139,19 +141,6 @@ def numbered(number: int, seed: int, followed: int, engine: int = 0) -> dict[str
         row["error"] = by_chain(truth)
         if number < engine:
             row["engine"] = by_engine(truth)
-    return row
-
-
-def of_cloth(number: int, seed: int) -> dict[str, Any]:
-    """The strip of cloth of this number."""
-    asked = case(number, seed, cloth=True)
-    row: dict[str, Any] = {"cloth": number, "cloth_path": "failed"}
-    row |= dict.fromkeys(("cloth_median", "cloth_most", "cloth_error"), np.nan)
-    found, row["cloth_message"] = attempted(lambda: choose(asked.model_copy(update={"speed": None}))[0][0])
-    if found is not None:
-        truth = Truth.drawn(asked, found, np.random.default_rng([seed, number, 1]))
-        row |= {"cloth_path": found.name, "cloth_median": found.error[0], "cloth_most": found.error[1]}
-        row["cloth_error"] = by_chain(truth)
     return row
 
 
