@@ -120,6 +120,7 @@ def test_a_curl_makes_or_prevents_a_snap() -> None:
     assert ends == {-10.0: False, 0.0: True, 10.0: True}
 
 
+@pytest.mark.slow
 def test_a_path_and_its_falls_by_both_models() -> None:
     """On an R-path a strip that curls up touches where one that does not is planned to."""
     strip = sf.Strip(length=0.45, eta_b=3770)

@@ -126,6 +126,12 @@ class TestOutcomes:
         gentle = planner.ranked(asked(goal="gentle"), [*long.outcomes[1:], long.outcomes[0]])
         drops = [outcome.drop for outcome in gentle if outcome.flatness_ratio > 1.0]
         assert drops == sorted(drops)
+        with pytest.raises(NoPathError, match=r"at most 5 mm is asked for.*it snaps down by") as caught:
+            sf.Strip(length=0.4, eta_b=ETA_B).plan(eta_b_uncertainty=0.0, max_slide=0.005, max_snap=0.0, cores=1)
+        assert {"low", "r-path"} <= {one.path for one in caught.value.refused}
+
+    @pytest.mark.slow
+    def test_layers_that_may_not_slide_snap(self) -> None:
         strip = sf.Strip(length=0.3, eta_b=ETA_B)
         held = strip.plan(max_slide=0.03, tool=0.5, cores=1)
         assert held.best.layer_slide <= 0.03
@@ -135,9 +141,6 @@ class TestOutcomes:
         assert held.best.tool_room > 0.5
         low = held.outcomes[-1]
         assert low.excluded.startswith("the layers slide over each other by")
-        with pytest.raises(NoPathError, match=r"at most 5 mm is asked for.*it snaps down by") as caught:
-            sf.Strip(length=0.4, eta_b=ETA_B).plan(eta_b_uncertainty=0.0, max_slide=0.005, max_snap=0.0, cores=1)
-        assert {"low", "r-path"} <= {one.path for one in caught.value.refused}
 
     def test_what_slips_on_the_table_is_not_folded(self, strip: sf.Strip) -> None:
         """On the circular path 12 L* pull with 2.3 times what lies."""
@@ -199,6 +202,7 @@ class TestOutcomes:
         folds = [assess(asked, way, refinement=factor, compare=False).shape_error / unit for factor in (1.0, 2.0)]
         assert folds == pytest.approx([0.2212, 0.2212], rel=0.02)
 
+    @pytest.mark.slow
     def test_friction_of_real_cloth_follows_a_push_on_a_thin_strip(self) -> None:
         """In the first steps up at 45 degrees elements stick; with half as long ones as much is lifted."""
         unit = star(ETA_B)
@@ -220,6 +224,7 @@ class TestOutcomes:
         assert [outcome.with_friction for outcome in found] == [True, False]
         assert "all this without the friction" in found[1].costs(given)
 
+    @pytest.mark.slow
     def test_what_is_known_with_friction_is_kept(self) -> None:
         given = asked(length=9.5 * star(ETA_B), eta_b_uncertainty=0.05, friction_moment=1e-5)
         low = next(candidate for candidate in planner.candidates(given) if candidate.name == "low")

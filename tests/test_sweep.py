@@ -109,6 +109,7 @@ def test_a_sweep_of_paths_is_the_single_assessments(tmp_path):
     assert store.read(tmp_path / "sweep.nc").attrs["fall"] == 1
 
 
+@pytest.mark.slow
 def test_a_sweep_of_plans_is_the_single_plans(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     asked = {"length": 0.3, "eta_b": 3780.0, "eta_b_uncertainty": 0.0}

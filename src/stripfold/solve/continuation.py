@@ -153,7 +153,8 @@ def follow(
     for _ in range(options.max_attempts):
         try:
             new = step(problem, point, ds, options)
-            crossings = _crossings(problem, point, new, pending, options)
+            passed = [event for event in events if event.passed(new, point)]
+            crossings = _crossings(problem, point, new, [event for event in pending if event in passed], options)
         except NewtonError as error:
             ds, shortened = ds / 2.0, True
             if ds >= options.smallest:
@@ -171,7 +172,7 @@ def follow(
         ds = min(ds * min(growth, max(0.5, options.target_iterations / max(iterations, 1))), options.largest)
         shortened = False
         yield from crossings
-        pending = [event for event in events if not event.passed(new, point)]
+        pending = [event for event in events if event not in passed]
         point = new
         logger.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
         yield point
@@ -206,15 +207,16 @@ def step_to(problem: Problem, point: Point, lam: float, options: StepOptions) ->
 def _crossings(
     problem: Problem, before: Point, after: Point, events: Sequence[Event], options: StepOptions
 ) -> list[Crossing]:
-    """Find the events in one step, in the order of the branch."""
-    found = []
+    """Locate the events passed in one step, in the order of the branch."""
+    found = list[Crossing]()
+    end = after
     for event in events:
-        if event.passed(after, before):
-            crossing = Crossing(event, before, after)
+        if end is after or event.passed(end, before):
+            crossing = Crossing(event, before, end)
             if event.tolerance < inf:
                 crossing = locate(problem, crossing, options)
                 # Another event can only come first in the part before it.
-                after = crossing.before
+                end = crossing.before
             found.append(crossing)
     return sorted(found, key=lambda crossing: crossing.before.arc)
 

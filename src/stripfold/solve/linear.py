@@ -120,9 +120,11 @@ class Band:
 
     def row(self, i: int) -> Array:
         """One row, shape (size,)."""
-        out, w = np.zeros(self.size), self.width
-        j = np.arange(max(i - w, 0), min(i + w + 1, self.size))
-        out[j] = self.columns[j, w + i - j]
+        out, w, height = np.zeros(self.size), self.width, self.columns.shape[1]
+        first, last = max(i - w, 0), min(i + w + 1, self.size)
+        # Its entries are one place less than a column apart.
+        start = kernels.band.LANES + first * height + w + i - first
+        out[first:last] = self.flat[start : start + (last - first) * (height - 1) : height - 1]
         return out
 
     def add_row(self, to: int, of: int, factor: float) -> None:

@@ -264,7 +264,7 @@ class MovingContact:
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
-        shorter = -(dq[self.n :] @ self.mesh.growth(self.contact(q))).min()
+        shorter = -(dq[self.n :] @ self.mesh.part_growth(self.contact(q))).min()
         most = float(shorter) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
         return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
 
@@ -283,6 +283,11 @@ class MovingContact:
             rates[:2][-1] = 0.0
         return np.concatenate([rates, np.zeros(len(self.prescribed) - len(rates))])
 
+    @cached_property
+    def _on_floor(self) -> Index:
+        """Of the unknowns that the floor bounds those that it holds."""
+        return np.intersect1d(self.prescribed, StripProblem(self.mesh.model, self.motion).bounded)
+
     def mid_surface(self, q: Array) -> Array:
         """Places of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
         return self.at(self.contact(q)).model.mid_surface(q[: self.n])
@@ -291,7 +296,6 @@ class MovingContact:
         """A state as one of the model at its contact coordinates: what it solves, and the point."""
         problem = self.at(self.contact(point.q))
         u = point.q[: self.n]
-        floor = np.intersect1d(self.prescribed, problem.bounded)
-        state = Equilibrium(u, point.lam, floor, point.state.residuals, problem.residual(u, point.lam))
+        state = Equilibrium(u, point.lam, self._on_floor, point.state.residuals, problem.residual(u, point.lam))
         tangent = Tangent(point.tangent.q[: self.n], point.tangent.lam)
         return problem, replace(point, state=state, tangent=tangent)
