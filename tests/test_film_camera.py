@@ -337,11 +337,11 @@ def test_the_wrong_board_is_recognised(
 SIZE = 400, 300
 
 
-def room(shift: tuple[float, float] = (0.0, 0.0), seed: int = 0, light: float = 1.0) -> Array:
-    """A table before a wall with crosses on it, as seen by a shifted camera, with noise."""
+def room(shift: tuple[float, float] = (0.0, 0.0), seed: int = 0, light: float = 1.0, wide: int = 480) -> Array:
+    """A table before a wall with crosses on some width of it, as seen by a shifted camera, with noise."""
     picture = np.full((SIZE[1] + 80, SIZE[0] + 80), 60.0, np.float32)
     picture[280:] = 90.0
-    for x in range(50, 480, 60):
+    for x in range(50, wide, 60):
         cv2.drawMarker(picture, (x, 80), (35.0,), cv2.MARKER_CROSS, 12, 3)
     picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
     matrix = np.column_stack([np.eye(2), np.array(shift) - 40.0])
@@ -355,6 +355,25 @@ def test_a_moved_camera_is_noticed_and_measured(shift: tuple[float, float]):
     found = camera_motion.between(room(), room(shift, 1, 0.8))
     assert found.moved
     np.testing.assert_allclose(found[:2], shift, atol=0.4)
+
+
+def test_a_moved_camera_is_noticed_beside_what_a_recorder_writes():
+    """That stays where it is, and has most of the clear corners."""
+    pictures, writing = [room(), room((3.0, -2.0), 1)], np.zeros(SIZE[::-1], np.uint8)
+    for y in range(250, 300, 15):
+        cv2.putText(writing, "2026-11-29 10:00", (250, y), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255,), 1)
+    for picture in pictures:
+        picture[writing > 127] = 220.0
+    assert camera_motion.between(*pictures).moved
+
+
+def test_one_thing_that_gives_way_does_not_move_the_camera():
+    """Far from all else it turns the picture that agrees with it, and so moves that one corner."""
+    pictures = [room(wide=200), room(seed=1, wide=200)]
+    for picture, y in zip(pictures, (270.0, 272.0), strict=True):
+        spot = np.hypot(*(np.mgrid[: SIZE[1], : SIZE[0]] - np.array([y, 390.0])[:, None, None]))
+        picture += 60.0 * np.exp(-0.5 * (spot / 2.0) ** 2)
+    assert not camera_motion.between(*pictures).moved
 
 
 def test_a_camera_at_rest_is_not():

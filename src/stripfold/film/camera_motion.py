@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import median_filter
 
-from stripfold.base.arrays import Array, Picture
+from stripfold.base.arrays import Array, Index, Picture
 from stripfold.base.errors import MeasurementError
 from stripfold.film.gripper import Track
 from stripfold.film.video import Thumbnails
@@ -26,11 +26,12 @@ CORNERS, QUALITY, APART, WINDOW = 300, 0.05, 6.0, (15, 15)
 """Most corners, least quality relative to the best, least distance, and the window that is found again, pixels."""
 SAME = 1.0
 """Distance of a corner from where the similarity, or the way back, leads, pixels, up to which it agrees."""
-MIN_CORNERS, AGREED = 6, 0.5
+CELLS, EACH = (4, 3), 3
+"""Parts of a picture, across and down, and corners of each that count: one that a recorder writes on has many."""
+MIN_CORNERS, AGREED = 5, 0.5
 """Corners that must be found again, and the share of them that must agree: less where the room has changed."""
-MOVED = 0.8
-"""Shift of a corner, pixels of the small copies, from which the camera has moved: in 80 films of one at rest it was at
-most half of it."""
+MOVED, SCATTER = 0.8, 4.0
+"""Median shift of the corners, pixels of the small copies, and over their scatter, from which the camera has moved."""
 FIRST = 8
 """Frames averaged, at the beginning of the film and at the snap."""
 USUAL, JUMP = 9, 3
@@ -87,6 +88,8 @@ def between(first: Array | Picture, second: Array | Picture, place: Array | None
     returned = np.hypot(*(back - corners).reshape(-1, 2).T) < SAME
     again = returned & (found.ravel() > 0) & (found_back.ravel() > 0)
     corners, there = corners.reshape(-1, 2)[again], there.reshape(-1, 2)[again]
+    spread = _spread(corners, before.shape[::-1])
+    corners, there = corners[spread], there[spread]
     if len(corners) < MIN_CORNERS:
         return unknown
     matrix, agreed = cv2.estimateAffinePartial2D(corners, there, ransacReprojThreshold=SAME)
@@ -96,9 +99,21 @@ def between(first: Array | Picture, second: Array | Picture, place: Array | None
     def shifts(places: Array) -> Array:
         return np.asarray(places @ matrix[:, :2].T + matrix[:, 2] - places)
 
-    corners = corners[agreed.ravel() > 0]
-    x, y = shifts(corners.mean(axis=0) if place is None else place).tolist()
-    return Shift(x, y, bool(np.linalg.norm(shifts(corners), axis=1).max() >= MOVED))
+    agree = agreed.ravel() > 0
+    moved, off = shifts(corners[agree]), (there - corners)[agree]
+    # A similarity has four parameters.
+    scatter = np.sqrt(np.sum((off - moved) ** 2) / (2 * len(off) - 4))
+    far = np.median(np.linalg.norm(moved, axis=1)) >= max(MOVED, SCATTER * scatter)
+    x, y = shifts(corners[agree].mean(axis=0) if place is None else place).tolist()
+    return Shift(x, y, bool(far))
+
+
+def _spread(corners: Array, size: tuple[int, ...]) -> Index:
+    """Numbers of the first :data:`EACH` corners in each part of a picture of this size, shape (n,)."""
+    cells = np.floor(corners / size * CELLS) @ (1, CELLS[0])
+    order = np.argsort(cells, kind="stable")
+    rank = np.arange(len(order)) - np.searchsorted(cells[order], cells[order])
+    return np.sort(order[rank < EACH])
 
 
 def _structure(picture: Array | Picture) -> Picture:
