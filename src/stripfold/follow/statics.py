@@ -76,9 +76,9 @@ class StripModel:
 
     def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Planned:
         """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
-        lying = 0.15 if memory else 4.0
+        lying, flat = (0.15, 4.0) if memory else (4.0, None)
         at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.18)
-        sizes = contact_mesh.Sizes(free, lying, at_contact).scaled(refinement)
+        sizes = contact_mesh.Sizes(free, lying, at_contact, flat).scaled(refinement)
 
         def plan(contact: Array) -> ContactMesh:
             return ContactMesh.of(self.length, LYING, contact, sizes, self.model)

@@ -34,13 +34,15 @@ class Sizes:
     """Element lengths.
 
     ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``: shortest elements, at the
-    contact coordinates, L*; inf for none.  ``growth``: ratio of neighbouring elements away from there.  ``least``:
-    smallest number of elements of a part.
+    contact coordinates, L*; inf for none.  ``flat``: longest elements of the last part that lies, which have not been
+    bent; by default as others on the floor.  ``growth``: ratio of neighbouring elements away from a contact.
+    ``least``: smallest number of elements of a part.
     """
 
     free: float
     lying: float
     at_contact: float = np.inf
+    flat: float | None = None
     growth: float = 1.5
     least: int = 8
 
@@ -50,16 +52,20 @@ class Sizes:
             factor * self.free,
             factor * self.lying,
             factor * self.at_contact,
+            None if self.flat is None else factor * self.flat,
             self.growth**factor,
             max(round(self.least / factor), 3),
         )
 
     def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
         """Ends of the elements of a part, as shares of it from 0 to 1; ``contacts``: which ends are at a contact."""
-        longest = self.lying if on_floor else self.free
-        if not on_floor or self.at_contact < longest:
+        longest, shortest = self.lying if on_floor else self.free, self.at_contact
+        if on_floor and self.flat is not None and contacts == (True, False):
+            # What is taken up next is bent in elements as short as those off the floor.
+            longest, shortest = self.flat, min(self.free, shortest)
+        if not on_floor or shortest < longest:
             longest = min(longest, length / self.least)
-        sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
+        sides = [[min(shortest, longest) if at_contact else longest] for at_contact in contacts]
         while sum(map(sum, sides)) < length:
             side = min(sides, key=lambda side: side[-1])
             side.append(min(self.growth * side[-1], longest))
