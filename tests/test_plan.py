@@ -32,7 +32,7 @@ LIMIT = 1.5861708
 OF_CLOTH = [
     *(("low", 18.0, 1.11), ("circular", 18.0, 1.11), ("triangular", 15.0, 0.95), ("circular", 15.0, 0.5)),
     *(("r_path", 21.0, 0.35), ("circular", 26.0, 0.5), ("circular", 12.0, 0.3945), ("low", 15.0, 0.5)),
-    *(("r_path", 15.0, 1.3), ("circular", 15.0, 1.3)),
+    *(("r_path", 15.0, 1.3), ("circular", 15.0, 1.3), ("r_path", 10.0, 1.11), ("low", 12.0, 0.35)),
 ]
 """Paths, lengths, L*, and friction moments, rho_a g L*^2."""
 

@@ -158,6 +158,8 @@ def _scene(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
         },
         "seed": seed + number,
     }
+    # Of the same sheet.
+    asked["gripper"]["marker_size"] = plate.SIDE * asked["filming"]["plate_scale"]
     scene = Scene.of(asked)
     history = history_of(scene)
     advance = history.gripper[:, 0] - scene.flat_end
@@ -213,9 +215,10 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
     )
     strip, desk, wall = (0.12, 0.6, 0.75) if f["dark"] else (0.8, 0.25, 0.18)
     names = ("sheen", "shadow", "width", "recede", "narrowing", "twist", "hairs")
+    scale = float(random.normal(1.0, PRINT_SD))
     marker: dict[str, Any] = {
         "marker": int(random.choice(plate.GRIPPERS)),
-        "marker_size": plate.SIDE,
+        "marker_size": scale * plate.SIDE,
         "offset": second.OFFSET,
     }
     shape = {name: f[name] for name in names}
@@ -225,14 +228,13 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
     studio = Studio(camera, look, random)
     paper, paper_size = plate_print(plate.LONG)
     low = np.array([BESIDE - plate.MARGIN * plate.LONG.square, 0.0]) - middle
-    paper_size = random.normal(1.0, PRINT_SD) * paper_size
     depth = float(random.normal(0.0, DEPTH_SD))
     noise = random.standard_normal((size[1] + 64, size[0] + 64)).astype(np.float32)
 
     def at(t: float) -> Picture:
         curve = state(t)
         canvas = studio.frame(_refined(curve), curve[0])
-        studio.print(canvas, low, paper_size, paper, depth)
+        studio.print(canvas, low, scale * paper_size, paper, depth)
         x, y = random.integers(0, 64, 2)
         light = camera.seen(canvas, f["blur"])
         return exposed(light, f["gain"], f["gamma"], noise[y : y + size[1], x : x + size[0]], f["read"], 1.0)

@@ -263,7 +263,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
     ds = (end - point.lam) / before.lam
     try:
         q, stress = problem.stepped(point.q, ds * before.q)
-        state = newton.solve(problem, q, end, problem.bounded, None, WITHIN_STEP.newton, stress)
+        state = newton.solve(problem, q, end, problem.bounded, predicted_stress=stress)
         new = continuation.evaluate(problem, state, before, point.arc + ds)
     except SolveError:
         return None

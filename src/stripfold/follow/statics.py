@@ -49,6 +49,8 @@ Until = Literal["touch", "end"]
 """Where statics end if nothing ends them before: at the first touch, or at the end of the path."""
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
+LAID = 2.0
+"""Length beside the lift-off, L*, in which what lies may have been lifted before, with friction in bending."""
 DOWN = "second gripper on the floor"
 FIRST = 0.01
 """Largest length travelled at the first state of a path, L*."""
@@ -76,9 +78,9 @@ class StripModel:
 
     def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Planned:
         """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
-        lying, flat = (0.15, 4.0) if memory else (4.0, None)
+        lying, laid = (0.15, LAID) if memory else (4.0, inf)
         at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.18)
-        sizes = contact_mesh.Sizes(free, lying, at_contact, flat).scaled(refinement)
+        sizes = contact_mesh.Sizes(free, lying, at_contact, laid).scaled(refinement)
 
         def plan(contact: Array) -> ContactMesh:
             return ContactMesh.of(self.length, LYING, contact, sizes, self.model)

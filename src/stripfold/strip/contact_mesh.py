@@ -34,38 +34,40 @@ class Sizes:
     """Element lengths.
 
     ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``: shortest elements, at the
-    contact coordinates, L*; inf for none.  ``flat``: longest elements of the last part that lies, which have not been
-    bent; by default as others on the floor.  ``growth``: ratio of neighbouring elements away from a contact.
-    ``least``: smallest number of elements of a part.
+    contact coordinates, L*; inf for none.  ``laid``: length of the last part that lies which may have been lifted, and
+    laid down bent, L*: beyond, elements grow as they may.  ``growth``: ratio of neighbouring elements away from a
+    contact.  ``least``: smallest number of elements of a part.
     """
 
     free: float
     lying: float
     at_contact: float = np.inf
-    flat: float | None = None
+    laid: float = np.inf
     growth: float = 1.5
     least: int = 8
 
     def scaled(self, factor: float) -> Sizes:
-        """All lengths times a factor."""
+        """All lengths of elements times a factor."""
         return Sizes(
             factor * self.free,
             factor * self.lying,
             factor * self.at_contact,
-            None if self.flat is None else factor * self.flat,
+            self.laid,
             self.growth**factor,
             max(round(self.least / factor), 3),
         )
 
     def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
         """Ends of the elements of a part, as shares of it from 0 to 1; ``contacts``: which ends are at a contact."""
-        longest, shortest = self.lying if on_floor else self.free, self.at_contact
-        if on_floor and self.flat is not None and contacts == (True, False):
-            # What is taken up next is bent in elements as short as those off the floor.
-            longest, shortest = self.flat, min(self.free, shortest)
-        if not on_floor or shortest < longest:
+        longest = self.lying if on_floor else self.free
+        if not on_floor or self.at_contact < longest:
             longest = min(longest, length / self.least)
-        sides = [[min(shortest, longest) if at_contact else longest] for at_contact in contacts]
+        sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
+        if on_floor and contacts == (True, False) and self.laid < length:
+            side = sides[0]
+            while sum(side) < length:
+                side.append(self.growth * side[-1] if sum(side) > self.laid else min(self.growth * side[-1], longest))
+            sides[1] = []
         while sum(map(sum, sides)) < length:
             side = min(sides, key=lambda side: side[-1])
             side.append(min(self.growth * side[-1], longest))
