@@ -49,9 +49,6 @@ LENS_SD = 0.006
 MARKERS, SIZE_SD, LEAST_NOISE = 60, 2e-3, 0.05
 """Frames in which the marker's size counts, evenly along its way; its standard deviation, as a share; and least that of
 the plate's corners, pixels."""
-NEARER_SD, TURNED_SD = plate.PLACE_SD / 0.8, 1e-3
-"""Standard deviations, as a share: of how much nearer the marker is to the phone than the plate, as a film is taken
-from 0.8 m away; and of its size in all frames, as it is turned by a few degrees."""
 LIFTED, AT_REST = 0.004, 0.0015
 """Height above the flat strip, m, from which the gripper lifts it; motion of one at rest, m."""
 HIGH = 0.97
@@ -87,8 +84,8 @@ class _Mapped:
     """A mapping by the plate's corners and the size of the gripper's marker all along its way, which shows the lens.
 
     ``values``: eight entries of what is added to the unit matrix to make the homography of that of ``start``, for
-    places from the middle of the picture over its longer side; k_1; how much nearer the marker is to the phone than the
-    plate, as a ratio; and by how much it seems larger as it is turned; their ``covariance``.
+    places from the middle of the picture over its longer side; k_1; and the marker's size over the plate's; their
+    ``covariance``.
     """
 
     start: Mapping
@@ -97,17 +94,11 @@ class _Mapped:
 
     @property
     def mapping(self) -> Mapping:
-        """That of the plane in which the marker moves."""
-        return _scaled(_mapping(self.start, self.values), 1.0 / self.values[9])
+        return _mapping(self.start, self.values)
 
     def draw(self, random: np.random.Generator) -> Mapping:
-        """Draw such a mapping by the covariance and the print's scale."""
-        values = random.multivariate_normal(self.values, self.covariance)
-        return _scaled(_mapping(self.start, values), np.exp(random.normal(0.0, plate.PRINT_SD)) / values[9])
-
-
-def _scaled(mapping: Mapping, scale: float) -> Mapping:
-    return Mapping(mapping.camera, np.diag([scale, scale, 1.0]) @ mapping.homography)
+        """Draw a mapping by the covariance."""
+        return _mapping(self.start, random.multivariate_normal(self.values, self.covariance))
 
 
 def _mapping(start: Mapping, values: Array) -> Mapping:
@@ -128,17 +119,17 @@ def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
     even = np.searchsorted(x[order], np.linspace(x.min(), x.max(), MARKERS))
     chosen = corners[order[np.unique(even)]]
     noise = max(seen.rms / np.sqrt(2.0), LEAST_NOISE)
-    sd = np.array([LENS_SD if lens else 1e-9, NEARER_SD, TURNED_SD])
+    sd = np.array([LENS_SD if lens else 1e-9, plate.SCALE_SD])
 
     def rows(values: Array) -> Array:
         mapping = _mapping(start, values)
         off = mapping.to_pixels(places) - seen.corners.pixels
         sides = mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
         size = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2).mean(axis=1) / plate.SIDE
-        prior = (values[8:] - [0.0, 1.0, 0.0]) / sd
-        return np.concatenate([off.ravel() / noise, (size - values[9] - values[10]) / SIZE_SD, prior])
+        prior = (values[8:] - [0.0, 1.0]) / sd
+        return np.concatenate([off.ravel() / noise, (size - values[9]) / SIZE_SD, prior])
 
-    first = np.append(np.zeros(8), [0.0, 1.0, 0.0])
+    first = np.append(np.zeros(8), [0.0, 1.0])
     found = least_squares(rows, first, loss="soft_l1", x_scale=np.append(np.full(8, 1e-3), sd), max_nfev=30)
     return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac))
 
@@ -156,8 +147,10 @@ class PlateCalibration:
     relative = True
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """Draw a mapping; the marker on the flat strip stays where it is."""
+        """Draw a mapping by its covariance, and the plate's scale; the marker on the flat strip stays where it is."""
         drawn = self.mapped.draw(random)
+        scale = np.diag([*np.full(2, np.exp(random.normal(0.0, plate.SCALE_SD))), 1.0])
+        drawn = Mapping(drawn.camera, scale @ drawn.homography)
         back = np.eye(3)
         back[:2, 2] = (self.mapping.to_robot(self.flat[None]) - drawn.to_robot(self.flat[None]))[0]
         return Mapping(drawn.camera, back @ drawn.homography)
