@@ -70,6 +70,8 @@ LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit 
 REACHED = "end of the step"
 SHARES = tuple(i / 8.0 for i in range(1, 9))
 """Shares of a law of bending with which the first state is found from that of the linear strip."""
+AT_ONCE = newton.NewtonOptions(max_iterations=12)
+"""Of the one solve: it takes half as many iterations, or an element sticks and slides in turn for ever."""
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
@@ -263,7 +265,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
     ds = (end - point.lam) / before.lam
     try:
         q, stress = problem.stepped(point.q, ds * before.q)
-        state = newton.solve(problem, q, end, problem.bounded, predicted_stress=stress)
+        state = newton.solve(problem, q, end, problem.bounded, None, AT_ONCE, stress)
         new = continuation.evaluate(problem, state, before, point.arc + ds)
     except SolveError:
         return None
