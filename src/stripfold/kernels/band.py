@@ -11,7 +11,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from stripfold.kernels.compiler import compiled, index, mask, vector
+from stripfold.kernels.compiler import compiled, index, mask, matrix, vector
 
 LANES = 8
 # Unsigned: an index of which the compiler cannot exclude that it is negative keeps it from using vector instructions.
@@ -64,6 +64,17 @@ def rounding(flat, width, x):
         for i in range(max(0, j - width), min(n, j + width + 1)):
             y[i] += abs(flat[LANES + j * height + width + i - j]) * x[j]
     return y
+
+
+@compiled(matrix(vector, numba.int64, numba.int64, index))
+def rows(flat, width, n, numbers):
+    """Some rows of the matrix, shape (len(numbers), n)."""
+    out, height = np.zeros((len(numbers), n)), 2 * width + LANES
+    for k in range(len(numbers)):
+        i = numbers[k]
+        for j in range(max(0, i - width), min(n, i + width + 1)):
+            out[k, j] = flat[LANES + j * height + width + i - j]
+    return out
 
 
 @compiled(numba.void(vector, numba.int64, mask))

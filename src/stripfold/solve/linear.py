@@ -118,19 +118,14 @@ class Band:
     def scaled(self, factor: float) -> Band:
         return Band(factor * self.flat, self.width)
 
-    def row(self, i: int) -> Array:
-        """One row, shape (size,)."""
-        out, w, height = np.zeros(self.size), self.width, self.columns.shape[1]
-        first, last = max(i - w, 0), min(i + w + 1, self.size)
-        # Its entries are one place less than a column apart.
-        start = kernels.band.LANES + first * height + w + i - first
-        out[first:last] = self.flat[start : start + (last - first) * (height - 1) : height - 1]
-        return out
+    def rows(self, numbers: Index) -> Array:
+        """Some rows, shape (len(numbers), size)."""
+        return np.asarray(kernels.band.rows(self.flat, self.width, self.size, numbers))
 
     def add_row(self, to: int, of: int, factor: float) -> None:
         """Add a multiple of a row to another one beside it, in place."""
         j = np.arange(max(to - self.width, 0), min(to + self.width + 1, self.size))
-        self.columns[j, self.width + to - j] += factor * self.row(of)[j]
+        self.columns[j, self.width + to - j] += factor * self.rows(np.array([of]))[0, j]
 
     def with_fixed(self, fixed: Index) -> Band:
         kept, held = self.flat.copy(), np.zeros(self.size, bool)

@@ -65,7 +65,7 @@ class Linearised:
     def __init__(self, problem: Problem, q: Array, lam: float, active: Index, predicted_stress: Any = None) -> None:
         self.q, prescribed = q, problem.prescribed
         self.force, self.matrix, self.load_rate = problem.linearise(q, lam, predicted_stress)
-        self.held = np.concatenate([prescribed, active])
+        self.held = np.concatenate([prescribed, active]) if len(active) else prescribed
         self.gap, self.rate = np.zeros(problem.size), np.zeros(problem.size)
         self.gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
         if len(active):

@@ -189,7 +189,8 @@ class MovingContact:
             x, z = self.mesh.model.middle[0]
             force[x] += self.motion.ratio * (self.mesh.length - force[z])
         equations = force[self._released]
-        equations[self.points] = self._upright @ q[: self.n]
+        if len(self.points):
+            equations[self.points] = self._upright @ q[: self.n]
         if isinstance(self.motion, TwoGrippers):
             equations[self.gripped] = q[self.n :][self.gripped] - self.motion.s
         return np.concatenate([force, self._sign * equations])
@@ -248,8 +249,9 @@ class MovingContact:
             x, z = self.mesh.model.middle[0]
             tangent.add_row(x, z, -self.motion.ratio)
             columns[x] -= self.motion.ratio * columns[z]
-        rows, corner = np.array([tangent.row(j) for j in self._released]).reshape(-1, self.n), columns[self._released]
-        rows[self.points], corner[self.points] = self._upright, 0.0
+        rows, corner = tangent.rows(self._released), columns[self._released]
+        if len(self.points):
+            rows[self.points], corner[self.points] = self._upright, 0.0
         if self.gripped is not None:
             rows[self.gripped], corner[self.gripped] = 0.0, np.eye(len(corner))[self.gripped]
         sign = self._sign[:, None]
@@ -272,16 +274,18 @@ class MovingContact:
         return self.at(self.contact(q)).model.admissibility(q[: self.n])
 
     def prescribed_values(self, lam: float) -> Array:
-        values = self.motion.values(lam).copy()
-        if self.mesh.topology[0]:
-            values[:2][-1] = 0.0
-        return np.concatenate([values, np.zeros(len(self.prescribed) - len(values))])
+        return self._of_prescribed(self.motion.values(lam))
 
     def prescribed_rates(self, lam: float) -> Array:
-        rates = self.motion.rates(lam).copy()
+        return self._of_prescribed(self.motion.rates(lam))
+
+    def _of_prescribed(self, grasped: Array) -> Array:
+        """Numbers of the prescribed unknowns: those of the grasp, of which one that lies stays at z = 0, and zeros."""
+        out = np.zeros(len(self.prescribed))
+        out[: len(grasped)] = grasped
         if self.mesh.topology[0]:
-            rates[:2][-1] = 0.0
-        return np.concatenate([rates, np.zeros(len(self.prescribed) - len(rates))])
+            out[: len(grasped)][:2][-1] = 0.0
+        return out
 
     @cached_property
     def _on_floor(self) -> Index:
