@@ -55,6 +55,8 @@ class TestBand:
         band, dense = assembled(3, shift_between(3, negatives))
         x = np.random.default_rng(1).standard_normal(SIZE)
         np.testing.assert_array_equal(band.to_sparse().toarray(), dense)
+        some = np.array([0, 17, SIZE - 1])
+        np.testing.assert_array_equal(band.rows(some), dense[some])
         np.testing.assert_allclose(band @ x, dense @ x, atol=1e-13)
         np.testing.assert_allclose((band + band.scaled(-0.5)) @ x, 0.5 * dense @ x, atol=1e-13)
         np.testing.assert_allclose(abs(band) @ np.abs(x), np.abs(dense) @ np.abs(x), atol=1e-13)
