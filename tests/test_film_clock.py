@@ -128,6 +128,21 @@ def test_a_steady_rise_is_delayed_by_a_quarter_of_the_window():
     assert snap.speed(t, moving(t)).delay < 0.25 * snap.WINDOW < 0.7 * snap.WINDOW < steady.delay < snap.WINDOW
 
 
+def test_a_strip_that_does_not_follow_yet_makes_the_onset_uncertain():
+    """It is drawn up while the film begins, and the snap is slow: from later on the onset is another."""
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+
+    def seen(begin: float) -> snap.Speed:
+        u = np.minimum(t / 0.6, 1.0) + np.clip(t - 1.0, 0.0, TOUCH - 1.0) ** 2
+        u[t > TOUCH] = 0.1
+        points = SLOW * np.cumsum(u)[:, None, None] / 30.0 * SHAPE
+        return snap.speed(t[t >= begin], points[t >= begin])
+
+    early, late = seen(0.0), seen(0.3)
+    assert late.drift < 1e-3
+    assert 0.01 < late.onset - early.onset < 1.96 * early.onset_shift(early.drift)
+
+
 def test_following_alone_is_no_snap():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     noise = 2e-5 * np.random.default_rng(3).normal(size=(len(t), 20, 2))

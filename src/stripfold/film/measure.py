@@ -522,7 +522,7 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: tu
 
 def _level_sd(motion: Speed) -> float:
     """Standard deviation of the onset from its level, s."""
-    sd = motion.onset_shift(hypot(fitted.LEVEL_SD, motion.fall))
+    sd = motion.onset_shift(hypot(fitted.LEVEL_SD, motion.fall, motion.drift))
     if np.isfinite(sd):
         return sd
     raise MeasurementError(

@@ -70,7 +70,7 @@ CALIBRATION = {
     "marker_side": Entry("marker's side over the described one", mark=f"1 within {MAX_SIDE_ERROR:.0%} and its blur"),
 }
 PARTS = {
-    "level": "height of the speed's peak",
+    "level": "speeds at the peak and while following",
     "frames": "time between frames",
     "mapping": "calibration",
     "camera": "motion of the camera since the calibration",

@@ -118,6 +118,16 @@ class Speed:
         return float((np.maximum.accumulate(u) - u).max(initial=0.0) / (self.level(1.0) - self.following))
 
     @property
+    def drift(self) -> float:
+        """How well u_0 is known, as a share of the peak's height above it: what its first window of time changes.
+
+        A strip that does not follow yet where the film begins is slower there.
+        """
+        used = self.u[: _reference(self.peak)]
+        later = used[min(round(WINDOW / STEP), len(used) // 2) :]
+        return float(abs(np.median(later) - self.following) / (self.level(1.0) - self.following))
+
+    @property
     def delay(self) -> float:
         """The window, s, as far as the rise takes longer than it.
 
@@ -151,8 +161,13 @@ def speed(t: Array, points: Array) -> Speed:
     first = _first_peak(path, times, median)
     near = slice(max(first - steps, 0), first + steps + 1)
     peak = near.start + int(np.argmax(u[near]))
-    following = float(np.median(u[: max(int(REFERENCE_SHARE * peak), 1)]))
+    following = float(np.median(u[: _reference(peak)]))
     return Speed(times, u, following, peak)
+
+
+def _reference(peak: int) -> int:
+    """How many speeds before the peak u_0 is taken from."""
+    return max(int(REFERENCE_SHARE * peak), 1)
 
 
 def _distances(a: Array, b: Array) -> tuple[Array, Array]:
