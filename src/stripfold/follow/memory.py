@@ -71,7 +71,7 @@ REACHED = "end of the step"
 SHARES = tuple(i / 8.0 for i in range(1, 9))
 """Shares of a law of bending with which the first state is found from that of the linear strip."""
 AT_ONCE = newton.NewtonOptions(max_iterations=12)
-"""Of the one solve: it takes half as many iterations, or an element sticks and slides in turn for ever."""
+"""Of the solve that goes to a step's end at once: where it converges, it takes half as many iterations."""
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 

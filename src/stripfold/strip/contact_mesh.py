@@ -63,14 +63,13 @@ class Sizes:
         if not on_floor or self.at_contact < longest:
             longest = min(longest, length / self.least)
         sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
-        if on_floor and contacts == (True, False) and self.laid < length:
-            side = sides[0]
-            while sum(side) < length:
-                side.append(self.growth * side[-1] if sum(side) > self.laid else min(self.growth * side[-1], longest))
-            sides[1] = []
-        while sum(map(sum, sides)) < length:
-            side = min(sides, key=lambda side: side[-1])
-            side.append(min(self.growth * side[-1], longest))
+        grows = on_floor and contacts == (True, False) and self.laid < length
+        if grows:
+            # From the contact on to the held end.
+            sides[1].clear()
+        while (covered := sum(map(sum, sides))) < length:
+            side = min(filter(None, sides), key=lambda side: side[-1])
+            side.append(min(self.growth * side[-1], np.inf if grows and covered > self.laid else longest))
         lengths = np.array(sides[0] + sides[1][::-1])
         return np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
 

@@ -284,7 +284,7 @@ class MovingContact:
         out = np.zeros(len(self.prescribed))
         out[: len(grasped)] = grasped
         if self.mesh.topology[0]:
-            out[: len(grasped)][:2][-1] = 0.0
+            out[min(len(grasped), 2) - 1] = 0.0
         return out
 
     @cached_property
