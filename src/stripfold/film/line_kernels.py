@@ -89,7 +89,8 @@ def resampled(points, s):
     for i in range(n):
         for k in range(2):
             chord[i, k] = (points[i + 1, k] - points[i, k]) / (arc[i + 1] - arc[i])
-    slope[0], slope[n] = chord[0], chord[n - 1]
+    for k in range(2):
+        slope[0, k], slope[n, k] = chord[0, k], chord[n - 1, k]
     for i in range(1, n):
         before, after = arc[i] - arc[i - 1], arc[i + 1] - arc[i]
         for k in range(2):
@@ -376,30 +377,39 @@ def strip_offset(offset, seen_width, width, good, cutoff):
 
     There its own edge is the one that agrees with the smooth curve through the other sections (``cutoff`` in spacings).
     """
-    merged = good & (seen_width > MERGED * width)
-    clean = good & ~merged
-    if not np.any(merged) or np.sum(clean) < 0.3 * len(clean):
-        return offset, np.zeros(len(good), dtype=np.bool_)
-    expected = smoothed(offset.reshape(-1, 1), np.where(clean, 1.0, 0.0), 2.0 * cutoff)
-    own = offset.copy()
-    for i in np.flatnonzero(merged):
-        slack = 0.5 * (seen_width[i] - width[i])
-        lower, upper = offset[i] - slack, offset[i] + slack
-        own[i] = lower if abs(lower - expected[i, 0]) < abs(upper - expected[i, 0]) else upper
+    n, clean, own = len(good), np.zeros(len(good)), offset.copy()
+    merged = np.zeros(n, dtype=np.bool_)
+    for i in range(n):
+        merged[i] = good[i] and seen_width[i] > MERGED * width[i]
+        clean[i] = good[i] and not merged[i]
+    if np.sum(clean) < 0.3 * n:
+        merged[:] = False
+    if np.any(merged):
+        expected = smoothed(offset.reshape(-1, 1), clean, 2.0 * cutoff)
+        for i in np.flatnonzero(merged):
+            slack = 0.5 * (seen_width[i] - width[i])
+            lower, upper = offset[i] - slack, offset[i] + slack
+            own[i] = lower if abs(lower - expected[i, 0]) < abs(upper - expected[i, 0]) else upper
     return own, merged
 
 
 @compiled(vector(vector, vector, number))
 def smooth_offsets(offset, scores, cutoff):
     """Smooth offsets as the motion of a strip is: outliers count little, gaps move as their neighbours."""
-    places, good = np.arange(len(offset)).astype(np.float64), scores >= GOOD
-    filled = np.interp(places, places[good], offset[good])
-    base = np.where(good, scores, 0.05)
-    weights, smooth = base.copy(), filled
+    n, last, base = len(offset), -1, np.full(len(offset), 0.05)
+    filled = smooth = np.empty((n, 1))
+    for i in np.flatnonzero(scores >= GOOD):
+        base[i], before = scores[i], offset[last] if last >= 0 else offset[i]
+        for j in range(last + 1, i + 1):
+            filled[j, 0] = before + (offset[i] - before) * (j - last) / (i - last)
+        last = i
+    filled[last + 1 :] = offset[last]
+    weights = base.copy()
     for _ in range(3):
-        smooth = smoothed(filled.reshape(-1, 1), weights, cutoff).reshape(-1)
-        weights = base / (1.0 + ((filled - smooth) / 2.0) ** 2)
-    return smooth
+        smooth = smoothed(filled, weights, cutoff)
+        for i in range(n):
+            weights[i] = base[i] / (1.0 + ((filled[i, 0] - smooth[i, 0]) / 2.0) ** 2)
+    return smooth.reshape(-1)
 
 
 @compiled(numba.types.Tuple((matrix, vector))(matrix, vector, vector, curve_type, number, number))
@@ -408,38 +418,67 @@ def smooth_centres(centres, noise, scores, across, cutoff, expected):
 
     ``noise`` is that of ``Edges``, ``expected`` the weight of a centre that was not measured, over that of another.
     """
-    good, scaled = scores >= GOOD, np.zeros(len(scores))
-    usual, base = np.median(noise[good]), np.zeros(len(scores))
-    for i in np.flatnonzero(good):
+    good = np.flatnonzero(scores >= GOOD)
+    usual, total, base = np.median(noise[good]), 0.0, np.full(len(scores), expected)
+    for i in good:
         base[i] = scores[i] / min(max(noise[i] / usual, 0.5), 3.0) ** 2
-    base /= np.mean(base[good])
-    base[~good] = expected
-    weights = base.copy()
+        total += base[i]
+    for i in good:
+        base[i] *= len(good) / total
+    weights, scaled = base.copy(), np.empty(len(good))
     for _ in range(3):
         smooth = smoothed(centres, weights, cutoff)
-        for i in np.flatnonzero(good):
+        for k, i in enumerate(good):
             away = (centres[i, 0] - smooth[i, 0]) * across[i, 0] + (centres[i, 1] - smooth[i, 1]) * across[i, 1]
-            scaled[i] = away * np.sqrt(base[i])
+            scaled[k] = abs(away) * np.sqrt(base[i])
         # Hairs pull an edge outwards.  Smoothing takes a tight bend off by 0.1 px: that is no outlier.
-        sigma = max(1.4826 * np.median(np.abs(scaled[good])), 0.1)
-        weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
+        sigma = max(1.4826 * np.median(scaled), 0.1)
+        for k, i in enumerate(good):
+            weights[i] = base[i] / (1.0 + (scaled[k] / (2.4 * sigma)) ** 2)
     return smoothed(centres, weights, cutoff), weights
-
-
-@compiled()
-def longest_run(hidden):
-    """Count the longest run of True."""
-    longest = run = 0
-    for value in hidden:
-        run = run + 1 if value else 0
-        longest = max(longest, run)
-    return longest
 
 
 @compiled(vector(vector))
 def denoised(values):
     """Remove the noise of values along the strip."""
     return smoothed(values.reshape(-1, 1), np.ones(len(values)), 5.0).reshape(-1)
+
+
+@compiled()
+def moved(curve, offset, across):
+    """Move the points of a curve along its normals."""
+    out = np.empty_like(curve)
+    for i in range(len(curve)):
+        for k in range(2):
+            out[i, k] = curve[i, k] + offset[i] * across[i, k]
+    return out
+
+
+@compiled()
+def put(points, into):
+    """Copy points: to assign a whole array takes seconds to compile."""
+    for i in range(len(points)):
+        for k in range(2):
+            into[i, k] = points[i, k]
+
+
+@compiled()
+def rate(found, centres, curve, seen, width, contrast, layer, scores):
+    """Score the sections with these edges; those not in view, of another layer or far off, 0.  Count the good ones."""
+    rated = score(found[1], found[2], found[4] > 0.0, width, contrast, WIDTH_TOLERANCE)
+    own, count = on_own_layer(centres, curve, layer), 0
+    for i in range(len(curve)):
+        scores[i] = rated[i] if own[i] and seen[i] else 0.0
+        count += scores[i] >= GOOD
+    return count
+
+
+@compiled()
+def hold_ends(curve, offset, across, ends, scores):
+    """Set the offsets of both ends to where they are known to be."""
+    for k in (0, -1):
+        offset[k] = (ends[k, 0] - curve[k, 0]) * across[k, 0] + (ends[k, 1] - curve[k, 1]) * across[k, 1]
+        scores[k] = 1.0
 
 
 @compiled(pair(picture, matrix, vector, matrix, vector, vector, vector, vector, numba.boolean, index, number, number))
@@ -451,45 +490,53 @@ def follow(image, curve, offset, ends, width, contrast, sizes, scores, bright, l
     strip of another layer, in the search and beside it, spacings, as ``cutoff``; ``widest``: largest width, pixels.
     Returns the share of the sections in view that were measured, negative for hardly any, and the longest hidden part.
     """
-    n, usual = len(curve), width.copy()
+    n, shape = len(curve), image.shape
     across = normals(curve)
-    centres = curve + offset.reshape(-1, 1) * across
-    side = free_side(curve, across, width, layers[1])
-    found = bands(image, centres, across, sizes, bright, side)
-    scores[:] = score(found[1], found[2], found[4] > 0.0, width, contrast, WIDTH_TOLERANCE)
-    scores *= on_own_layer(centres, curve, layers[0]) & inside(centres, image.shape, 0.0)
-    if np.sum(scores >= GOOD) < 6:
+    centres = moved(curve, offset, across)
+    found = bands(image, centres, across, sizes, bright, free_side(curve, across, width, layers[1]))
+    if rate(found, centres, curve, inside(centres, shape, 0.0), width, contrast, layers[0], scores) < 6:
         return -1.0, 0.0
-    for k in (0, -1):
-        offset[k], scores[k] = np.sum((ends[k] - curve[k]) * across[k]), 1.0
-    curve += smooth_offsets(offset, scores, 2.0 * cutoff).reshape(-1, 1) * across
+    hold_ends(curve, offset, across, ends, scores)
+    put(moved(curve, smooth_offsets(offset, scores, 2.0 * cutoff), across), curve)
     good = merged = seen = np.zeros(n, dtype=np.bool_)
+    side = near = np.zeros(n)
     # Where the strip bends sharply the first smooth curve cuts the corner: measured again from the second.
     for _ in range(2):
         across = normals(curve)
-        side = free_side(curve, across, width, layers[1])
-        found = bands(image, curve, across, np.where(side != 0.0, width, sizes), bright, side)
-        seen = inside(curve, image.shape, 0.0)
-        scores[:] = score(found[1], found[2], found[4] > 0.0, width, contrast, WIDTH_TOLERANCE)
-        scores *= on_own_layer(curve + found[0].reshape(-1, 1) * across, curve, layers[0]) & seen
-        scores[np.abs(found[0]) > 0.5 * width + 1.0] = 0.0
-        good = scores >= GOOD
-        if np.sum(good) < 6:
+        side, near = free_side(curve, across, width, layers[1]), sizes.copy()
+        for i in range(n):
+            if side[i] != 0.0:
+                near[i] = width[i]
+        found, seen = bands(image, curve, across, near, bright, side), inside(curve, shape, 0.0)
+        beside = seen.copy()
+        for i in range(n):
+            beside[i] &= abs(found[0, i]) <= 0.5 * width[i] + 1.0
+        if rate(found, moved(curve, found[0], across), curve, beside, width, contrast, layers[0], scores) < 6:
             return -1.0, 0.0
+        good = scores >= GOOD
         own, merged = strip_offset(found[0], found[1], width, good, cutoff)
-        own = np.where(good, own, 0.0)
-        done = np.max(np.abs(own)) < CONVERGED
+        farthest = 0.0
+        for i in range(n):
+            own[i] = own[i] if good[i] else 0.0
+            farthest = max(farthest, abs(own[i]))
         # The gripper hides the end that it holds, and something may hide the other.
-        for k in (0, -1):
-            own[k], scores[k] = np.sum((ends[k] - curve[k]) * across[k]), 1.0
-        centres = curve + own.reshape(-1, 1) * across
-        curve[:] = smooth_centres(centres, found[3], scores, across, cutoff, GAP_WEIGHT)[0]
-        if done:
+        hold_ends(curve, own, across, ends, scores)
+        put(smooth_centres(moved(curve, own, across), found[3], scores, across, cutoff, GAP_WEIGHT)[0], curve)
+        if farthest < CONVERGED:
             break
-    # Layers that are seen as one must not become the usual width.
-    rates = np.where((scores > GOOD) & ~merged & (side == 0.0), LEARNING_RATE, 0.0)
-    width += denoised(rates * (np.minimum(np.maximum(found[1], 0.7 * usual), 1.4 * usual) - usual))
-    width[:] = np.maximum(np.minimum(width, widest), 1.0)
-    contrast += denoised(rates * (found[2] - contrast))
-    contrast[:] = np.maximum(contrast, 1.0)
-    return np.mean(good[seen]), longest_run(~good & seen) / n
+    wider, clearer = np.zeros(n), np.zeros(n)
+    for i in range(n):
+        # Layers that are seen as one must not become the usual width.
+        if scores[i] > GOOD and not merged[i] and side[i] == 0.0:
+            wider[i] = LEARNING_RATE * (min(max(found[1, i], 0.7 * width[i]), 1.4 * width[i]) - width[i])
+            clearer[i] = LEARNING_RATE * (found[2, i] - contrast[i])
+    wider, clearer = denoised(wider), denoised(clearer)
+    measured = visible = run = longest = 0
+    for i in range(n):
+        width[i] = max(min(width[i] + wider[i], widest), 1.0)
+        contrast[i] = max(contrast[i] + clearer[i], 1.0)
+        visible += seen[i]
+        measured += seen[i] and good[i]
+        run = run + 1 if seen[i] and not good[i] else 0
+        longest = max(longest, run)
+    return measured / visible, longest / n
