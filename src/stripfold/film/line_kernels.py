@@ -386,10 +386,10 @@ def strip_offset(offset, seen_width, width, good, cutoff):
         merged[:] = False
     if np.any(merged):
         expected = smoothed(offset.reshape(-1, 1), clean, 2.0 * cutoff)
-        for i in np.flatnonzero(merged):
-            slack = 0.5 * (seen_width[i] - width[i])
-            lower, upper = offset[i] - slack, offset[i] + slack
-            own[i] = lower if abs(lower - expected[i, 0]) < abs(upper - expected[i, 0]) else upper
+        for k in np.flatnonzero(merged):
+            slack = 0.5 * (seen_width[k] - width[k])
+            lower, upper = offset[k] - slack, offset[k] + slack
+            own[k] = lower if abs(lower - expected[k, 0]) < abs(upper - expected[k, 0]) else upper
     return own, merged
 
 
@@ -398,7 +398,9 @@ def smooth_offsets(offset, scores, cutoff):
     """Smooth offsets as the motion of a strip is: outliers count little, gaps move as their neighbours."""
     n, last, base = len(offset), -1, np.full(len(offset), 0.05)
     filled = smooth = np.empty((n, 1))
-    for i in np.flatnonzero(scores >= GOOD):
+    for i in range(n):
+        if scores[i] < GOOD:
+            continue
         base[i], before = scores[i], offset[last] if last >= 0 else offset[i]
         for j in range(last + 1, i + 1):
             filled[j, 0] = before + (offset[i] - before) * (j - last) / (i - last)
