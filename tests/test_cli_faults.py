@@ -73,7 +73,7 @@ WRITTEN = {
     ),
     "out.txt": "store.write_text('x' * 9999, OUT)",
     "out.png": "save_as(Figure(), OUT)",
-    "out": "calibration.write_calibration(Scene.of({}), OUT)",
+    "out": "calibration.write_calibration(Scene.of({'filming': {'size': [640, 360]}}), OUT)",
     "out.mp4": "film(made_up.collapse(), OUT)",
 }
 

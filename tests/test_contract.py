@@ -44,7 +44,7 @@ MADE: dict[str, Callable[[float], Any]] = {
         sf.paths.circular(strip(eta_b)), model="rod", fall=True
     ),
     "stripfold.StabilityMap": lambda eta_b: sf.Strip(length=0.25, eta_b=eta_b).map(),
-    "stripfold.FoldingPlan": lambda eta_b: sf.Strip(length=0.26, eta_b=eta_b).plan(eta_b_uncertainty=0.0),
+    "stripfold.FoldingPlan": lambda eta_b: sf.Strip(length=0.26, eta_b=eta_b).plan(eta_b_uncertainty=0.0, cores=1),
     "stripfold.Monitor": lambda eta_b: sf.Monitor(sf.Strip(length=0.25, eta_b=eta_b)),
     "stripfold.EtaB": lambda eta_b: sf.eta_b(bending_length=strip(eta_b).gravity_length),
     "stripfold.StripfoldError": lambda eta_b: sf.StripfoldError(f"{eta_b}"),

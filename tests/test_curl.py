@@ -148,7 +148,7 @@ def test_a_collapse_is_the_critical_points(tmp_path: Any) -> None:
 @pytest.mark.slow
 def test_a_plan_follows_the_curled_strip_and_knows_no_margin() -> None:
     strip = sf.Strip(length=0.26, eta_b=3770)
-    found = strip.plan(eta_b_uncertainty=0.0, curl=4.0)
+    found = strip.plan(eta_b_uncertainty=0.0, curl=4.0, cores=1)
     followed = {outcome.name: outcome for outcome in found.outcomes}["triangular"]
     (verdict,) = followed.verdicts
     alone = strip.assess(sf.paths.triangular(strip), model="rod", fall=True, curl=4.0)

@@ -22,7 +22,7 @@ SPEED, ACCELERATION, JERK, TOOL = 0.1, 0.5, 5.0, 0.1
 @pytest.fixture(scope="module")
 def plan() -> sf.FoldingPlan:
     limits = {"acceleration": ACCELERATION, "jerk": JERK}
-    return sf.Strip(length=0.26, eta_b=3770).plan(eta_b_uncertainty=0.0, tool=TOOL, **limits)
+    return sf.Strip(length=0.26, eta_b=3770).plan(eta_b_uncertainty=0.0, tool=TOOL, cores=1, **limits)
 
 
 def matrices(quaternions: Array) -> Array:
@@ -126,7 +126,7 @@ def test_read_back(
 
 
 def test_by_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["plan", "--length", "0.26", "--eta-b", "3770", "--eta-b-uncertainty", "0", "--export"]
+    command = ["plan", "--length", "0.26", "--eta-b", "3770", "--eta-b-uncertainty", "0", "--cores", "1", "--export"]
     assert main([*command, str(tmp_path / "a.txt")]) == 2
     assert "a name that ends in .script, .yaml, .json, .csv" in capsys.readouterr().err
     for base in ("1,2,3", "0,0,0,x", "0,0,nan,0", "1000,0,0,0"):

@@ -28,7 +28,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "a path followed": lambda: STRIP.assess(LOW, model="rod"),
     "a fall on a path": lambda: STRIP.assess(sf.paths.triangular(STRIP), fall=True, model="rod"),
     "a map": STRIP.map,
-    "a plan": lambda: sf.Strip(length=0.26, eta_b=3780.0).plan(eta_b_uncertainty=0.0),
+    "a plan": lambda: sf.Strip(length=0.26, eta_b=3780.0).plan(eta_b_uncertainty=0.0, cores=1),
     "a path": lambda: LOW,
 }
 

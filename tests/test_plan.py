@@ -144,7 +144,7 @@ class TestOutcomes:
 
     def test_what_slips_on_the_table_is_not_folded(self, strip: sf.Strip) -> None:
         """On the circular path 12 L* pull with 2.3 times what lies."""
-        rough = strip.plan(eta_b_uncertainty=0.0, table_friction=0.5)
+        rough = strip.plan(eta_b_uncertainty=0.0, table_friction=0.5, cores=1)
         assert rough.best.table_slide == 0.0
         assert rough.best.hold_friction < 0.5
         circular = by_name(rough)["circular"]
@@ -277,7 +277,7 @@ class TestFabric:
             sf.fabric(name)
 
     def test_what_is_given_is_kept(self, capsys: pytest.CaptureFixture[str]) -> None:
-        command = ["plan", "--length", "0.2", "--fabric", "cantilever 22", "--rho-a", "0.3", "--json"]
+        command = ["plan", "--length", "0.2", "--fabric", "cantilever 22", "--rho-a", "0.3", "--cores", "1", "--json"]
         assert main([*command, "--eta-b-uncertainty", "0.7"]) == 2
         assert "eta_b_uncertainty = 0.7" in capsys.readouterr().err
         assert main([*command, "--eta-b-uncertainty", "0"]) == 0
@@ -337,13 +337,13 @@ class TestFiles:
 
     def test_written_whole_or_not_at_all(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         csv, out = tmp_path / "a.csv", tmp_path / "a.json"
-        command = ["plan", "--length", "0.26", "--eta-b", "3780", "--csv", str(csv), "--json", str(out)]
-        assert main([*command, "--margin", "0.05", "--eta-b-uncertainty", "0", "--cores", "1"]) == 6
+        command = ["plan", "--length", "0.26", "--eta-b", "3780", "--cores", "1", "--csv", str(csv), "--json", str(out)]
+        assert main([*command, "--margin", "0.05", "--eta-b-uncertainty", "0"]) == 6
         assert "no path folds the strip as asked" in capsys.readouterr().err
         assert main([*command[:-1], str(tmp_path / "a.yaml")]) == 2
         assert not any(tmp_path.iterdir())
         drawing = tmp_path / "a.png"
-        command += ["--cores", "1", "--tool", "0.5"]  # none for the low path
+        command += ["--tool", "0.5"]  # none for the low path
         assert main([*command, "--speed", "0.2", "--acceleration", "1", "--plot", str(drawing)]) == 0
         assert drawing.stat().st_size > 10_000
         assert "in time" in capsys.readouterr().out
@@ -363,7 +363,7 @@ class TestFiles:
 class TestOwnPath:
     def test_it_is_ranked_among_the_known_ones(self) -> None:
         strip = sf.Strip(length=0.26, eta_b=ETA_B)
-        found = by_name(strip.plan(eta_b_uncertainty=0.0, path=sf.paths.triangular(strip)))
+        found = by_name(strip.plan(eta_b_uncertainty=0.0, path=sf.paths.triangular(strip), cores=1))
         given, known = found.pop("given"), found["triangular"]
         assert (given.error, given.drop, given.margin) == (known.error, known.drop, known.margin)
         assert given.candidate.made == "triangular"
