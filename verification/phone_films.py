@@ -354,8 +354,8 @@ NUMBERS = {
             "mm in the median, for the print's scale and where the cloth's edge stands"),
         Number("phone_refused", "refused", "1", "<= 0.05", "share of these films that are refused"),
         Number("phone_wrong", "wrong", "1", "= 0",
-            "of these films those off by more than 1 mm and by more than twice the interval's half width (one in twenty "
-            "is beyond once), without a warning"),
+            "of these films those off by more than 1 mm and by more than twice the interval's half width (beyond once "
+            "is one in twenty), without a warning"),
         Number("phone_eta_coverage", "eta_share", "1", ">= 0.9",
             "share of the 95 % intervals of eta_b by the motion that hold the truth, in {etas} of these films"),
     ),
