@@ -62,7 +62,7 @@ class Chain:
         )
 
 
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})  # type: ignore[untyped-decorator]
 def _march(  # type: ignore[no-untyped-def]
     x, z, u, w, kappa, slip, table, path, step, spacing, stretching, drag, mu, friction, spring
 ):

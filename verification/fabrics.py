@@ -20,10 +20,11 @@ from matplotlib.figure import Figure
 
 from plots.all_materials import MOMENT
 from plots.pieces import LENGTH_TITLE, note
-from stripfold import Strip, elastica, paths
+from stripfold import elastica, paths
+from stripfold.ask.assess import assess
 from stripfold.ask.fabric import TABLE
 from stripfold.ask.friction import bisected, lost_with
-from stripfold.ask.inputs import PlanInputs
+from stripfold.ask.inputs import PathInputs, PlanInputs
 from stripfold.ask.plan import candidates
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import GRAVITY, Material
@@ -135,8 +136,9 @@ def fold(moment: float, way: str, length: float) -> dict[str, float]:
     unit = Material(ETA_B).gravity_length
     asked = PlanInputs(length=length * unit, eta_b=ETA_B, eta_m=ETA_B * (THICKNESS * unit) ** 2 / 12.0)
     path = next(one.path for one in candidates(asked) if one.name == way)
-    strip = Strip(length=asked.length, eta_b=asked.eta_b, eta_m=asked.eta_m)
-    found = strip.assess(path, friction_moment=moment * asked.material.force_scale * unit, model="rod")
+    friction = moment * asked.material.force_scale * unit
+    strip = PathInputs(length=asked.length, eta_b=asked.eta_b, eta_m=asked.eta_m, friction_moment=friction, model="rod")
+    found = assess(strip, path, compare=False)
     chain = Chain.of(length, THICKNESS, SPACING, moment)
     travelled, places = path.curve.sampled(path.spacing)
     s = np.arange(0.0, travelled[-1] / unit + REST * SPEED, SPEED * chain.step)

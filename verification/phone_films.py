@@ -74,8 +74,9 @@ class Shot(NamedTuple):
     eta_b: float
 
 
-def run(cases: int = 2, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
-    """Make and measure so many films; a dataset over ``case``."""
+def run(cases: int = 2, seed: int = 38, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+    """Make and measure so many films; a dataset over ``case``.  The first two of this seed have 540 rows, and are made
+    in half the time of others."""
     rows = pooled(partial(measured, seed=seed), list(range(cases)), threads, progress)
     return table("case", rows, {"seed": seed}, UNITS)
 
