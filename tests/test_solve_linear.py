@@ -9,7 +9,7 @@ import scipy.linalg
 from oracles.dense import Dense
 from oracles.toys import Toy
 from stripfold.base.errors import SolveError
-from stripfold.solve.linear import Band, BandPattern, solve_bordered
+from stripfold.solve.linear import Band, BandPattern, Bordered, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
 
 SIZE, NODES = 60, 5
@@ -136,7 +136,7 @@ class TestBordered:
         exact = rng.standard_normal(n + 1)
         rhs = whole @ exact
         matrix = Dense(k)
-        x, y = solve_bordered(matrix.factor(), matrix, column, row, 0.7, rhs[:-1], rhs[-1])
+        x, y = solve_bordered(matrix, column, row, 0.7, rhs[:-1], rhs[-1])
         ours = np.abs(np.append(x, y) - exact).max()
         dense = np.abs(np.linalg.solve(whole, rhs) - exact).max()
         print(f"smallest eigenvalue {smallest:.0e}: error {ours:.1e}, dense {dense:.1e}")
@@ -150,8 +150,24 @@ class TestBordered:
         column, row = rng.standard_normal((2, SIZE))
         rhs = rng.standard_normal(SIZE + 1)
         exact = np.linalg.solve(np.block([[dense, column[:, None]], [row, np.array(-1.0)]]), rhs)
-        x, y = solve_bordered(band.factor(), band, column, row, -1.0, rhs[:-1], rhs[-1])
+        x, y = solve_bordered(band, column, row, -1.0, rhs[:-1], rhs[-1])
         np.testing.assert_allclose(np.append(x, y), exact, atol=1e-9 * np.abs(exact).max())
+
+    @pytest.mark.parametrize("pivots", [False, True])
+    def test_with_contact_coordinates(self, pivots):
+        """A band matrix with a border of its own beside a zero eigenvalue; and one that needs pivots."""
+        band, dense = assembled(9, np.linalg.eigvalsh(assembled(9)[1])[2] * (1.0 - 1e-11))
+        if pivots:
+            band.diagonal()[:] = 0.0
+            np.fill_diagonal(dense, 0.0)
+        rng = np.random.default_rng(2)
+        columns, rows, corner = rng.standard_normal((SIZE, 2)), rng.standard_normal((2, SIZE)), np.eye(2)
+        matrix, inner = Bordered(band, columns, rows, corner), np.block([[dense, columns], [rows, corner]])
+        column, row, rhs = rng.standard_normal((3, SIZE + 2))
+        exact = np.linalg.solve(np.block([[inner, column[:, None]], [row, np.array(2.0)]]), np.append(rhs, 0.5))
+        x, y = solve_bordered(matrix, column, row, 2.0, rhs, 0.5)
+        np.testing.assert_allclose(np.append(x, y), exact, atol=1e-9 * np.abs(exact).max())
+        np.testing.assert_array_equal(matrix.to_sparse().toarray(), inner)
 
 
 class TestEigenvalues:

@@ -44,7 +44,7 @@ def bordered() -> Finding:
     exact = np.append(mode[free], 0.5)
     rhs = np.zeros(problem.size)
     rhs[free] = (whole @ exact)[:-1]
-    x, y = solve_bordered(kept.factor(), kept, column, row, 0.0, rhs, float((whole @ exact)[-1]))
+    x, y = solve_bordered(kept, column, row, 0.0, rhs, float((whole @ exact)[-1]))
     error = float(np.abs(np.append(x[free], y) - exact).max() / np.abs(exact).max())
     return Finding(error, 0.0, 0.0, 1e-11)
 

@@ -1,4 +1,4 @@
-"""Band matrices: product, factorisation without pivots, solution.
+"""Band matrices: product, factorisation without pivots, solution, also with a few more unknowns.
 
 A matrix is stored by columns, with :data:`LANES` zeros after each, before the first and after the last: entry (i, j) at
 ``LANES + j height + width + i - j`` with ``height = 2 width + LANES``.  Loops over a column run in steps of that many
@@ -153,3 +153,100 @@ def substitute(flat, width, reach, b):
         for c in range(LANES, width + LANES, LANES):
             add_multiple(x, pad + k - c, flat, diagonal - c, value)
     return x[pad : pad + n].copy()
+
+
+@compiled(numba.boolean(matrix, vector))
+def eliminate(a, x):
+    """Solve a small dense system by Gaussian elimination in place, ``x`` from its right side; False: singular."""
+    n = len(x)
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        if not abs(a[best, k]) > 0.0:
+            return False
+        for j in range(n):
+            a[k, j], a[best, j] = a[best, j], a[k, j]
+        x[k], x[best] = x[best], x[k]
+        for i in range(n):
+            if i != k:
+                factor = a[i, k] / a[k, k]
+                for j in range(k, n):
+                    a[i, j] -= factor * a[k, j]
+                x[i] -= factor * x[k]
+    for k in range(n):
+        x[k] /= a[k, k]
+    return True
+
+
+@compiled(numba.types.Tuple((matrix, matrix))(vector, numba.int64, index, matrix, matrix, matrix))
+def schur(factors, width, reach, columns, rows, corner):
+    """Solutions for k columns beside the matrix, and what is left of the corner once the matrix is eliminated.
+
+    ``columns``, ``rows``: shape (k, n); ``corner``: (k, k), of ``[[matrix, columns.T], [rows, corner]]``.
+    """
+    k, n = columns.shape
+    answers, left = np.empty((k, n)), corner.copy()
+    for j in range(k):
+        answer = substitute(factors, width, reach, columns[j])
+        for i in range(n):
+            answers[j, i] = answer[i]
+        for i in range(k):
+            for m in range(n):
+                left[i, j] -= rows[i, m] * answer[m]
+    return answers, left
+
+
+@compiled(
+    numba.types.Tuple((vector, numba.boolean))(
+        vector, vector, numba.int64, index, matrix, matrix, matrix, vector, vector, numba.float64, vector, numba.float64
+    )
+)
+def solve_bordered(flat, factors, width, reach, columns, rows, corner, column, row, last_corner, right, last):
+    """Solve a system with k + 1 more unknowns and equations, and refine the solution once.
+
+    ``flat``, ``factors``, ``reach``: the matrix, and its factors.  ``columns``, ``rows``, ``corner``: its border, as
+    of :func:`schur`; ``column``, ``row``, shape (n + k,), and ``last_corner``: the border of both; ``right``, ``last``:
+    the right sides.
+
+    Returns the n + k + 1 unknowns, and whether the border is regular.
+    """
+    k, n = columns.shape
+    b, c, d, given = np.empty((k + 1, n)), np.empty((k + 1, n)), np.empty((k + 1, k + 1)), np.empty(k + 1)
+    for i in range(k + 1):
+        for m in range(n):
+            b[i, m] = columns[i, m] if i < k else column[m]
+            c[i, m] = rows[i, m] if i < k else row[m]
+        for j in range(k):
+            d[i, j] = corner[i, j] if i < k else row[n + j]
+        d[i, k] = column[n + i] if i < k else last_corner
+        given[i] = right[n + i] if i < k else last
+    answers, left = schur(factors, width, reach, b, c, d)
+    x, rest, more = np.zeros(n + k + 1), right[:n].copy(), given.copy()
+    for sweep in range(2):
+        if sweep == 1:
+            inner = product(flat, width, x[:n].copy())
+            for m in range(n):
+                rest[m] = right[m] - inner[m]
+                for i in range(k + 1):
+                    rest[m] -= b[i, m] * x[n + i]
+            for i in range(k + 1):
+                more[i] = given[i]
+                for m in range(n):
+                    more[i] -= c[i, m] * x[m]
+                for j in range(k + 1):
+                    more[i] -= d[i, j] * x[n + j]
+        step = substitute(factors, width, reach, rest)
+        for i in range(k + 1):
+            for m in range(n):
+                more[i] -= c[i, m] * step[m]
+        if not eliminate(left.copy(), more):
+            return x, False
+        for i in range(k + 1):
+            x[n + i] += more[i]
+            for m in range(n):
+                step[m] -= answers[i, m] * more[i]
+        for m in range(n):
+            x[m] += step[m]
+    return x, True

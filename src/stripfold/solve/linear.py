@@ -133,16 +133,22 @@ class Band:
         kernels.band.hold(kept, self.width, held)
         return Band(kept, self.width)
 
+    @property
+    def border(self) -> tuple[Array, Array, Array]:
+        """None, as the kernels take it."""
+        none = np.empty((0, self.size))
+        return none, none, np.empty((0, 0))
+
     @cached_property
-    def _factors(self) -> tuple[Array, Index] | None:
+    def factors(self) -> tuple[Array, Index] | None:
         """Those of :func:`.kernels.band.factorise`; None where pivots are needed."""
         factors, reach = self.flat.copy(), np.empty(self.size, np.int64)
         return (factors, reach) if kernels.band.factorise(factors, self.width, reach) else None
 
     def factor(self) -> Solve:
-        if self._factors is None:
+        if self.factors is None:
             return Sparse(self.to_sparse()).factor()
-        factors, reach = self._factors
+        factors, reach = self.factors
 
         def solve(b: Array) -> Array:
             return np.asarray(kernels.band.substitute(factors, self.width, reach, np.ascontiguousarray(b)))
@@ -150,11 +156,11 @@ class Band:
         return solve
 
     def negatives(self) -> int:
-        if self._factors is None:
+        if self.factors is None:
             return _negatives(self.to_sparse())
         # By Sylvester's law; the pivots are on the diagonal of U.
         lanes = kernels.band.LANES
-        pivots = self._factors[0][lanes + self.width :: 2 * self.width + lanes][: self.size]
+        pivots = self.factors[0][lanes + self.width :: 2 * self.width + lanes][: self.size]
         return int(np.sum(pivots < 0.0))
 
     def to_sparse(self) -> csc_matrix:
@@ -239,27 +245,19 @@ class Bordered:
         rows[:, fixed] = 0.0
         return Bordered(self.block.with_fixed(fixed), columns, rows, self.corner)
 
-    @cached_property
-    def _eliminated(self) -> tuple[Solve, Array, Array]:
-        """The block's solver, its solutions for the columns, and the Schur complement."""
-        solve = self.block.factor()
-        response = np.array([solve(column) for column in self.columns.T]).reshape(self.columns.shape[::-1]).T
-        return solve, response, self.corner - self.rows @ response
+    @property
+    def border(self) -> tuple[Array, Array, Array]:
+        """Columns, shape (k, n), rows and corner, as the kernels take them."""
+        return np.ascontiguousarray(self.columns.T), self.rows, self.corner
 
     def factor(self) -> Solve:
-        solve, response, schur = self._eliminated
-        n = len(self.columns)
-        try:
-            inverse = 1.0 / schur if len(schur) == 1 and schur[0, 0] else np.linalg.inv(schur)
-        except np.linalg.LinAlgError as error:
-            raise SolveError("the tangent matrix is exactly singular") from error
+        return Sparse(self.to_sparse()).factor()
 
-        def solved(b: Array) -> Array:
-            x = solve(b[:n])
-            y = inverse @ (b[n:] - self.rows @ x)
-            return np.concatenate([x - response @ y, y])
+    def to_sparse(self) -> csc_matrix:
+        """The same matrix as scipy's compressed columns."""
+        from scipy.sparse import bmat
 
-        return solved
+        return bmat([[self.block.to_sparse(), self.columns], [self.rows, self.corner]]).tocsc()
 
     def negatives(self) -> int:
         """Number of negative eigenvalues of the block, corrected by one where its parity is not the determinant's.
@@ -268,7 +266,11 @@ class Bordered:
         sign but for the discretisation: it changes where the branch has its limit point.
         """
         count = self.block.negatives()
-        if np.linalg.det(self._eliminated[2]) > 0.0:
+        if (factors := self.block.factors) is None:
+            left = self.corner - self.rows @ np.column_stack([self.block.factor()(one) for one in self.columns.T])
+        else:
+            left = kernels.band.schur(factors[0], self.block.width, factors[1], *self.border)[1]
+        if np.linalg.det(left) > 0.0:
             return count
         return count - 1 if count else 1
 
@@ -287,18 +289,27 @@ def _negatives(matrix: csc_matrix) -> int:
 
 
 def solve_bordered(
-    solve: Solve, matrix: Matrix, column: Array, row: Array, corner: float, rhs: Array, last: float
+    matrix: Matrix, column: Array, row: Array, corner: float, rhs: Array, last: float
 ) -> tuple[Array, float]:
-    """Solve ``[[K, b], [c^T, d]] [x, y] = [f, g]`` given a factorisation of K, also where K is nearly singular.
+    """Solve ``[[K, b], [c^T, d]] [x, y] = [f, g]`` by a factorisation of K, also where K is nearly singular.
 
     Block elimination, then one step of iterative refinement of the whole system: without it all digits along the
     near-null vector are lost (Govaerts and Pryce, 1993).
 
-    ``solve``, ``matrix``: factorisation of K, and K; ``column``, ``row``: ``b`` and ``c``, shape (n,); ``corner``,
-    ``rhs``, ``last``: ``d``, ``f`` of shape (n,), and ``g``.
+    ``matrix``: K; ``column``, ``row``: ``b`` and ``c``, shape (n,); ``corner``, ``rhs``, ``last``: ``d``, ``f`` of
+    shape (n,), and ``g``.
 
-    Returns ``x``, ``y``: shape (n,), and a number.
+    Returns ``x``, ``y``: shape (n,), and a number.  Raises SolveError: the whole is singular.
     """
+    if isinstance(matrix, Band | Bordered) and (factors := matrix.block.factors):
+        system = (*matrix.border, column, row, corner, rhs, last)
+        found, regular = kernels.band.solve_bordered(
+            matrix.block.flat, factors[0], matrix.block.width, factors[1], *system
+        )
+        if not regular:
+            raise SolveError("the bordered matrix is singular")
+        return found[:-1], float(found[-1])
+    solve = matrix.factor()
     v = solve(column)
     pivot = corner - float(row @ v)
     if pivot == 0.0:

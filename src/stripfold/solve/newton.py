@@ -18,7 +18,7 @@ import numpy as np
 from stripfold import kernels
 from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import CrushedError, NewtonError, SolveError
-from stripfold.solve.linear import Matrix, Solve, solve_bordered
+from stripfold.solve.linear import Matrix, solve_bordered
 from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 
 EPS = float(np.finfo(float).eps)
@@ -100,11 +100,6 @@ class Linearised:
         """The matrix of the unknowns that are not held."""
         return self.matrix.with_fixed(self.held)
 
-    @cached_property
-    def solve(self) -> Solve:
-        """Its factorisation."""
-        return self.kept.factor()
-
     @property
     def imbalance(self) -> Array:
         """Minus the forces once the held unknowns are where they belong, zero on these."""
@@ -112,9 +107,9 @@ class Linearised:
 
     def corrected(self) -> Array:
         """Change of the unknowns at this lambda."""
-        # Once refined, as a bordered system is: near a fold the tangent is nearly singular.
-        dq = self.solve(self.imbalance)
-        return np.asarray(dq + self.solve(self.imbalance - self.kept @ dq) + self.gap)
+        # With an equation of its own for lambda, so that it is refined: near a fold the tangent is nearly singular.
+        none = np.zeros(len(self.gap))
+        return solve_bordered(self.kept, none, none, 1.0, self.imbalance, 0.0)[0] + self.gap
 
     def tangent(self, metric: Array, towards: Tangent) -> Tangent:
         """Unit tangent of the branch in the direction of ``towards``."""
@@ -133,7 +128,7 @@ class Linearised:
         row = self.free(row)
 
         def solved(forces: Array, value: float) -> tuple[Array, float]:
-            dq, dlam = solve_bordered(self.solve, self.kept, column, row, corner, forces, value)
+            dq, dlam = solve_bordered(self.kept, column, row, corner, forces, value)
             return dq + self.rate * dlam, dlam
 
         return solved
