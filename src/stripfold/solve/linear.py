@@ -1,7 +1,8 @@
 """Matrices of the algorithms, and the bordered systems of continuation.
 
 Storages with one interface: :class:`Band` for a strip, :class:`Sparse` for a strip in contact with itself,
-:class:`Bordered` with contact coordinates.  LAPACK and SuperLU factorise; measurements are in ``docs/method.md``.
+:class:`Bordered` with contact coordinates.  Bands are factorised by :mod:`.kernels.band`, the others by SuperLU, as are
+bands that need pivots; measurements are in ``docs/method.md``.
 """
 
 from __future__ import annotations
