@@ -101,8 +101,6 @@ def _no_two_alike(values: list[Any]) -> list[Any]:
 _UNIQUE = {"uniqueItems": True}
 Distinct = Annotated[list[T], Field(json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
 AtLeastOne = Annotated[list[T], Field(min_length=1, json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
-AtLeastTwo = Annotated[list[T], Field(min_length=2, json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
-AtLeastThree = Annotated[list[T], Field(min_length=3, json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
 
 
 def quantity(what: str, unit: str = "", **limits: float) -> Any:
