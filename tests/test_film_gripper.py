@@ -59,6 +59,22 @@ def test_centre_and_corners(dictionary: str, number: int, side: float, motion: f
         assert fit.side == pytest.approx(side, abs=0.1)
 
 
+@pytest.mark.parametrize("gamma", [1.0, 1.6, 2.2])
+def test_its_size_is_told_whatever_the_tones(gamma: float) -> None:
+    """As a camera codes them black shrinks beside white, by a per cent of a marker of 30 pixels."""
+    rng, off = np.random.default_rng(4), []
+    for number in (40, 41):
+        marker = Marker("4x4_50", number)
+        centre, side = (rng.uniform(50.0, 60.0), rng.uniform(50.0, 60.0)), rng.uniform(26.0, 38.0)
+        picture = marker_picture(A4, number, centre, side, 0.1, size=(110, 110), blur=0.9)
+        image = exposed(255.0 * (picture / 255.0) ** (1.0 / gamma), 1.0, rng)
+        rough = marker.find(image)
+        fit = None if rough is None else marker.fit(image, rough)
+        assert fit is not None
+        off.append(fit.side / side - 1.0)
+    assert off == pytest.approx([0.0, 0.0], abs=2e-3)
+
+
 @pytest.mark.parametrize(("noise", "motion"), [(2.0, 0.0), (6.0, 0.0), (3.0, 3.0)])
 def test_the_stated_sd_is_the_scatter(noise: float, motion: float) -> None:
     rng = np.random.default_rng(int(10 * noise))

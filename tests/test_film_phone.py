@@ -20,7 +20,7 @@ from filmed import onset_of, write_video
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
 from stripfold.cli import main
-from stripfold.film import plate
+from stripfold.film import phone
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
@@ -45,6 +45,7 @@ SCENE: dict[str, Any] = {
         "roll": 1.5,
         "distortion": [-0.006, 0.0, 0.0, 0.0],
         "plate": 0.28,
+        "plate_depth": 0.01,
         "codec": "mpeg4",
         "container": "mp4",
         "frame_rate": 25.0,
@@ -139,7 +140,7 @@ def test_a_known_lens_narrows_the_interval(filmed: tuple[Path, float], tmp_path:
     found = sf.measure(film, length=LENGTH, camera=tmp_path / "camera.yaml")
     assert found.event == pytest.approx(truth, abs=1e-3)
     assert found.parts["mapping"] < 0.97 * free.parts["mapping"]
-    assert found.parts["mapping"] > 0.9 * plate.SCALE_SD * truth
+    assert found.parts["mapping"] > 0.9 * phone.SCALE_SD * truth
 
 
 SHARES = np.linspace(0.0, 1.0, 260)

@@ -49,8 +49,9 @@ LENS = 0.004
 """Standard deviation of k_1 of the lens."""
 SLACK, TICK = 0.25, Fraction(1, 60000)
 """Share of the frames' distance by which those of an uneven film are off; unit of their times, s."""
-DEPTH_SD, PRINT_SD = 0.002, 0.0015
-"""Standard deviations of the plate's distance from the plane of the gripper's marker, m, and of the print's scale."""
+DEPTH_SD, TURNED_SD, PRINT_SD = 0.008, 0.05, 0.0015
+"""Standard deviations of the plate's distance from the plane of the gripper's marker, m, of the angle by which the
+second generator's marker faces aside, rad, and of the print's scale."""
 SQUARE = 60
 """Pixels of a square of the plate's print: its white borders are a whole number of them, too."""
 BESIDE = 0.04
@@ -223,6 +224,7 @@ def _chain(number: int, seed: int, size: tuple[int, int], random: np.random.Gene
         "marker": int(random.choice(plate.GRIPPERS)),
         "marker_size": scale * plate.SIDE,
         "offset": second.OFFSET,
+        "turned": float(random.normal(0.0, TURNED_SD)),
     }
     shape = {name: f[name] for name in names}
     look = Look(

@@ -23,12 +23,13 @@ from verification.common import Progress, attempted, pooled, table
 from verification.eta_pictures import loop
 from verification.films.second.picture import Camera, Look, Studio, exposed, polygons
 from verification.numbers import Facts, Number, covers, seed_of, share
-from verification.phone_films import DEPTH_SD, PRINT_SD, plate_print
+from verification.phone_films import PRINT_SD, plate_print
 
 SIZE = 1600, 1200
 WRINKLE, WRINKLES = 0.004, 5
 """Largest height of each wave of a wrinkled strip, L*, and their number: one to five along the strip."""
-WIDTH_SD = 5e-4
+WIDTH_SD, DEPTH_SD = 5e-4, 0.002
+"""Standard deviations of the width that is told, and of the card's distance from the plane of the strip's edge, m."""
 WRONG = 3.0
 """Half widths of an interval beyond which a value is wrong without a word."""
 

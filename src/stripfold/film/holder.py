@@ -113,7 +113,8 @@ class _Pattern:
     """Grey values at points of the pattern's frame, and how they change; n points of a grid of ``shape``.
 
     ``places``, shape (2, n), sides; ``values``, shape (n,); ``slopes``, shape (2, n), along both axes; ``gains``,
-    ``offsets``, shape (k, n): functions whose sums are gain and offset; ``bends``, shape (2, n) or (0, n): derivatives
+    ``offsets``, shape (k, n): functions whose sums are gain and offset, one of a marker's offsets how far its black
+    shrinks; ``bends``, shape (2, n) or (0, n): derivatives
     by the squared ``blur``, shape (2,), of a pattern that has one.  ``sigma``: standard deviation of the smoothing of
     the picture, pixels: it reduces the effect of interpolation.
     """
@@ -309,13 +310,16 @@ class Marker(Holder):
         gains, offsets = (
             np.maximum(1.0 - np.abs(np.linspace(0.0, k - 1.0, n) - np.arange(k)[:, None]), 0.0) for k in _NODES
         )
+        # Blurred before its tones are coded, black shrinks beside white: all edges move towards it, those inside the
+        # marker one way and the other, so that its size is still told to 0.1 per cent, where it was one too small.
+        shrinks = np.hypot(*slopes).ravel()
         self._known = _Pattern(
             shape=(n, n),
             places=np.stack(np.meshgrid(axis, axis)).reshape(2, -1),
             values=values.ravel(),
             slopes=slopes.reshape(2, -1),
             gains=np.asarray(np.kron(gains, gains), dtype=np.float64),
-            offsets=np.asarray(np.kron(offsets, offsets), dtype=np.float64),
+            offsets=np.concatenate([np.kron(offsets, offsets), shrinks[None]]),
             bends=np.stack([columns @ bend_u.T, bend_v @ rows]).reshape(2, -1),
             blur=blur,
             perspective=True,

@@ -46,9 +46,15 @@ MAX_OFF = 2.0
 """Distance of the plate's corners from where they were, shifted, pixels, from which they are hidden."""
 LENS_SD = 0.006
 """Standard deviation of a phone's distortion k_1, which it corrects itself for the most part."""
-MARKERS, SIZE_SD, LEAST_NOISE = 60, 2e-3, 0.05
-"""Frames in which the marker's size counts, evenly along its way; its standard deviation, as a share; and least that of
-the plate's corners, pixels."""
+MARKERS, SIZE_SD, LEAST_NOISE = 60, 5e-3, 0.05
+"""Frames in which the marker's size counts, evenly along its way; its standard deviation, as a share, as if neighbours
+did not err alike; and least that of the plate's corners, pixels."""
+NEARER_SD, MOST_NEARER = 0.01, 0.05
+"""Standard deviation of how much nearer to the camera the marker is than the plate, as a share; and the most."""
+TURNED_SD = 0.06
+"""Standard deviation of the angle by which the marker faces aside, in focal lengths over the picture's longer side."""
+SCALE_SD = 2e-3
+"""Standard deviation of the scale: of the print (:data:`.plate.PRINT_SD`), and of the marker's size in all frames."""
 LIFTED, AT_REST = 0.004, 0.0015
 """Height above the flat strip, m, from which the gripper lifts it; motion of one at rest, m."""
 HIGH = 0.97
@@ -84,7 +90,8 @@ class _Mapped:
     """A mapping by the plate's corners and the size of the gripper's marker all along its way, which shows the lens.
 
     ``values``: eight entries of what is added to the unit matrix to make the homography of that of ``start``, for
-    places from the middle of the picture over its longer side; k_1; and the marker's size over the plate's; their
+    places from the middle of the picture over its longer side; k_1; of the marker, of the plate's print, the width in
+    the middle and the height over the plate's, and the rate of the width to the right, as it may face aside; their
     ``covariance``.
     """
 
@@ -94,11 +101,23 @@ class _Mapped:
 
     @property
     def mapping(self) -> Mapping:
-        return _mapping(self.start, self.values)
+        """To places in the marker's plane."""
+        return self._of(self.values)
+
+    @property
+    def nearer(self) -> float:
+        """By how much larger than the plate, and so nearer to the camera, the marker is seen, as a share."""
+        return float(self.values[9]) - 1.0
 
     def draw(self, random: np.random.Generator) -> Mapping:
         """Draw a mapping by the covariance."""
-        return _mapping(self.start, random.multivariate_normal(self.values, self.covariance))
+        return self._of(random.multivariate_normal(self.values, self.covariance))
+
+    def _of(self, values: Array) -> Mapping:
+        # Turned by the angle whose tangent is the rate it is narrower by its cosine; its height says less, as one that
+        # leans is seen from above or below.
+        found, scale = _mapping(self.start, values), 1.0 / (values[9] * np.hypot(1.0, values[11]))
+        return replace(found, homography=np.diag([scale, scale, 1.0]) @ found.homography)
 
 
 def _mapping(start: Mapping, values: Array) -> Mapping:
@@ -119,17 +138,24 @@ def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
     even = np.searchsorted(x[order], np.linspace(x.min(), x.max(), MARKERS))
     chosen = corners[order[np.unique(even)]]
     noise = max(seen.rms / np.sqrt(2.0), LEAST_NOISE)
-    sd = np.array([LENS_SD if lens else 1e-9, plate.SCALE_SD])
+    sd = np.array([LENS_SD if lens else 1e-9, NEARER_SD, NEARER_SD, TURNED_SD])
+    middle, side = 0.5 * (start.camera.size[0] - 1.0), max(start.camera.size)
+    across = (chosen.mean(axis=1)[:, 0] - middle) / side
+    # Which of the first two edges is the more level one: a marker may be glued on in any way.
+    first_two = np.abs(chosen - np.roll(chosen, 1, axis=1))[:, :2].sum(axis=0)
+    level = int(np.argmax(first_two[:, 0] - first_two[:, 1]))
 
     def rows(values: Array) -> Array:
         mapping = _mapping(start, values)
         off = mapping.to_pixels(places) - seen.corners.pixels
-        sides = mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
-        size = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2).mean(axis=1) / plate.SIDE
-        prior = (values[8:] - [0.0, 1.0]) / sd
-        return np.concatenate([off.ravel() / noise, (size - values[9]) / SIZE_SD, prior])
+        four = mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
+        sides = np.linalg.norm(four - np.roll(four, 1, axis=1), axis=2) / plate.SIDE
+        width, height = (0.5 * (sides[:, one] + sides[:, one + 2]) for one in (level, 1 - level))
+        sizes = [width - values[9] * (1.0 + values[11] * across), height - values[10]]
+        prior = (values[8:] - [0.0, 1.0, 1.0, 0.0]) / sd
+        return np.concatenate([off.ravel() / noise, np.concatenate(sizes) / SIZE_SD, prior])
 
-    first = np.append(np.zeros(8), [0.0, 1.0])
+    first = np.append(np.zeros(8), [0.0, 1.0, 1.0, 0.0])
     found = least_squares(rows, first, loss="soft_l1", x_scale=np.append(np.full(8, 1e-3), sd), max_nfev=30)
     return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac))
 
@@ -147,9 +173,9 @@ class PlateCalibration:
     relative = True
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """Draw a mapping by its covariance, and the plate's scale; the marker on the flat strip stays where it is."""
+        """Draw a mapping by its covariance, and the scale; the marker on the flat strip stays where it is."""
         drawn = self.mapped.draw(random)
-        scale = np.diag([*np.full(2, np.exp(random.normal(0.0, plate.SCALE_SD))), 1.0])
+        scale = np.diag([*np.full(2, np.exp(random.normal(0.0, SCALE_SD))), 1.0])
         drawn = Mapping(drawn.camera, scale @ drawn.homography)
         back = np.eye(3)
         back[:2, 2] = (self.mapping.to_robot(self.flat[None]) - drawn.to_robot(self.flat[None]))[0]
@@ -312,6 +338,12 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
     centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
     corners = np.array([transform(one, four) for one, four in zip(back, gripper.corners, strict=True)])
     mapped = _mapped(seen, corners[gripper.tracked], lens=camera is None)
+    if abs(larger := mapped.nearer) > MOST_NEARER:
+        found = (
+            f"a marker on the gripper that is {abs(larger):.0%} {'larger' if larger > 0.0 else 'smaller'} than printed"
+        )
+        advice = "print marker and plate at the same scale, and have both as far from the phone"
+        raise MeasurementError(path.name, found, f"at most {MOST_NEARER:.0%}, measured by the plate", advice)
     return _Scan(gripper.time, np.array(moved), np.array(centres), marker, seen, mapped)
 
 

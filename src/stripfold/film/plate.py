@@ -33,8 +33,6 @@ FOCAL_SD, KNOWN_FOCAL_SD = 0.1, 0.015
 """Standard deviation of a focal length, as a share: of one of these, and by a picture's data."""
 PRINT_SD, PLACE_SD = 0.0015, 0.002
 """Standard deviations of the print's scale, and of the distance of the cloth's edge from the plate's plane, m."""
-SCALE_SD = 0.003
-"""Standard deviation of the scale by both, as a film is taken from 0.8 m away."""
 MAX_RMS = 1.5e-3
 """Largest distance of the corners from a plane, root mean square, over the longer side of the picture: paper curls."""
 DRAWS = 50

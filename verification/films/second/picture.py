@@ -151,7 +151,8 @@ class Look:
 
     ``lamp`` points to the lamp; the strip's front edge recedes by ``recede`` and its width shrinks by ``narrowing`` (a
     share) from the gripper to the held end, and it is twisted by up to ``twist``, rad; ``hairs`` stick out of its edge.
-    ``solid``: all of it is as thick as the edge in front.  ``ground``: z of the table.
+    ``solid``: all of it is as thick as the edge in front.  ``ground``: z of the table.  ``turned``: angle by which the
+    marker faces aside, rad.
     """
 
     strip: float
@@ -171,6 +172,7 @@ class Look:
     offset: tuple[float, float]
     solid: bool = False
     ground: float = 0.0
+    turned: float = 0.0
 
 
 class Studio:
@@ -242,7 +244,9 @@ class Studio:
         polygons(
             canvas, self.camera.on_canvas(np.stack([_at(arm, 0.001), _at(finger, -0.001)])), np.array([100.0, 60.0])
         )
-        sheet(canvas, self._card, self.camera.on_canvas(_at(np.array([x, z]) + half * square, 0.0)))
+        card = _at(np.array([x, z]) + half * square * [np.cos(self.look.turned), 1.0], 0.0)
+        card[:, 1] += half * np.sin(self.look.turned) * square[:, 0]
+        sheet(canvas, self._card, self.camera.on_canvas(card))
 
     def frame(self, curve: Array, end: Array) -> Canvas:
         """The strip along a curve, shape (n, 2), x and z from the gripped end, m, and its gripper at ``end``."""
