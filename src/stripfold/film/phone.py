@@ -46,7 +46,7 @@ MAX_OFF = 2.0
 """Distance of the plate's corners from where they were, shifted, pixels, from which they are hidden."""
 LENS_SD = 0.006
 """Standard deviation of a phone's distortion k_1, which it corrects itself for the most part."""
-MARKERS, SIZE_SD, LEAST_NOISE = 60, 5e-3, 0.05
+MARKERS, SIZE_SD, LEAST_NOISE = 60, 4e-3, 0.05
 """Frames in which the marker's size counts, evenly along its way; its standard deviation, as a share, as if neighbours
 did not err alike; and least that of the plate's corners, pixels."""
 NEARER_SD, MOST_NEARER = 0.01, 0.05
