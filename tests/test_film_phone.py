@@ -174,9 +174,9 @@ def test_the_command_line_writes_a_report(
     assert "only together with a film" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("end", [6.6, pytest.param(7.4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("end", [4.6, 6.6, pytest.param(7.4, marks=pytest.mark.slow)])
 def test_a_film_that_ends_before_the_snap_shows_none(filmed: tuple[Path, float], tmp_path: Path, end: float):
-    """A bound, or too few frames for one: the fast way to the start is no snap."""
+    """A bound, or too few frames for one: the fast way to the start, in which the first one ends, is no snap."""
     film, truth = filmed
     short = altered(film, tmp_path / "short.mp4", (np.eye(2, 3) for _ in range(int(25.0 * end))))
     with suppress(MeasurementError):

@@ -405,11 +405,15 @@ def _pulled(
     if len(t) < 10:
         raise MeasurementError(source, f"{len(t)} frames of the pull", "10 or more", ADVICE)
     speed = np.gradient(median_filter(x, 5, mode="nearest"), t)
-    smooth = np.convolve(np.pad(speed, 4, mode="edge"), np.full(9, 1.0 / 9.0), "valid")
+    # The rate at either end, of two frames, is the noisiest: it counts once.
+    smooth = np.convolve(np.pad(speed, 4, mode="reflect"), np.full(9, 1.0 / 9.0), "valid")
     moving = smooth[smooth > CRAWLING]
     usual = float(np.quantile(moving, PULLING)) if len(moving) else 0.0
     if usual <= 0.0:
         raise MeasurementError(source, "a gripper that does not advance", "one that pulls the lifted strip", ADVICE)
     fast = np.flatnonzero(smooth > FAST * usual)
     begin = float(t[fast[-1]] + SETTLING) if len(fast) else float(t[0])
+    if begin >= t[-1]:
+        found = f"a gripper that is {FAST:g} times as fast as usual up to {t[-1] - t[fast[-1]]:.1f} s before its end"
+        raise MeasurementError(source, found, "one that pulls the lifted strip steadily", ADVICE)
     return begin, float(t[-1]), usual
