@@ -174,6 +174,15 @@ def test_the_command_line_writes_a_report(
     assert "only together with a film" in capsys.readouterr().err
 
 
+@pytest.mark.slow
+def test_a_marker_of_another_size_is_refused(tmp_path: Path):
+    """It would be taken for one that is a tenth of the distance nearer."""
+    scene = Scene(**SCENE | {"gripper": SCENE["gripper"] | {"marker_size": 0.027}})
+    write_recording(history_of(scene), scene, tmp_path / "recording")
+    with pytest.raises(MeasurementError, match=r"a marker on the gripper that is 1\d% larger than printed"):
+        sf.measure(tmp_path / "recording" / "video.mp4", length=LENGTH)
+
+
 @pytest.mark.parametrize("end", [4.6, 6.6, pytest.param(7.4, marks=pytest.mark.slow)])
 def test_a_film_that_ends_before_the_snap_shows_none(filmed: tuple[Path, float], tmp_path: Path, end: float):
     """A bound, or too few frames for one: the fast way to the start, in which the first one ends, is no snap."""

@@ -114,9 +114,8 @@ class _Pattern:
 
     ``places``, shape (2, n), sides; ``values``, shape (n,); ``slopes``, shape (2, n), along both axes; ``gains``,
     ``offsets``, shape (k, n): functions whose sums are gain and offset, one of a marker's offsets how far its black
-    shrinks; ``bends``, shape (2, n) or (0, n): derivatives
-    by the squared ``blur``, shape (2,), of a pattern that has one.  ``sigma``: standard deviation of the smoothing of
-    the picture, pixels: it reduces the effect of interpolation.
+    shrinks; ``bends``, shape (2, n) or (0, n): derivatives by the squared ``blur``, shape (2,), of a pattern that has
+    one.  ``sigma``: standard deviation of the smoothing of the picture, pixels: it reduces the effect of interpolation.
     """
 
     shape: tuple[int, int]
