@@ -28,6 +28,7 @@ from stripfold.film import recording
 from stripfold.synthetic import scene as synthetic
 
 STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
+BY_THE_ROD = ["--length", "0.45", "--eta-b", "3780", "--model", "rod"]
 
 
 def run(capsys, *arguments: str) -> tuple[int, str, str]:
@@ -64,7 +65,7 @@ def test_bad_usage_says_what_was_probably_meant(capsys, arguments, meant):
         ["eta", "--kes-b", "0.1", "--kes-2hb", "0.05", "--gsm", "200"],
         ["map", "--length", "0.45", "--eta-b", "3780"],
         ["path", "low", "--length", "0.45", "--eta-b", "3780", "--height", "0.04"],
-        ["assess", "own.csv", "--length", "0.45", "--eta-b", "3780", "--friction-moment", "1e-4", "--step", "0.03"],
+        ["assess", "own.csv", *BY_THE_ROD, "--friction-moment", "1e-4", "--step", "0.03"],
         ["sweep", "grid.yaml", "--cores", "1"],
     ],
 )

@@ -351,10 +351,11 @@ NUMBERS = {
         Number("phone_coverage", "share", "1", ">= 0.93",
             "share of the 95 % intervals of lambda that hold the truth, of {measured} of {cases} phone-like films with "
             "the plate (seed {seed}), half of them of the second generator ({chain_share:.2f} of these): three sizes, "
-            "H.264, HEVC of 10 bits or MPEG-4, even and uneven rates, tilts up to 10 degrees, phones that sag or zoom"),
+            "H.264, HEVC of 10 bits or MPEG-4, even and uneven rates, tilts up to 10 degrees, phones that sag or zoom, "
+            "plates 8 mm off the marker's plane (standard deviation)"),
         Number("phone_error", "rms", "mm", "-",
             "root mean square error of lambda in these films, at most {worst:.2f} mm; the intervals are +- {half:.1f} "
-            "mm in the median, for the print's scale and where the cloth's edge stands"),
+            "mm in the median, for the print's scale, the marker's size and from where the plate is seen"),
         Number("phone_refused", "refused", "1", "<= 0.05", "share of these films that are refused"),
         Number("phone_wrong", "wrong", "1", "= 0",
             "of these films those off by more than 1 mm and by more than twice the interval's half width (beyond once "

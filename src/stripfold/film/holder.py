@@ -310,7 +310,7 @@ class Marker(Holder):
             np.maximum(1.0 - np.abs(np.linspace(0.0, k - 1.0, n) - np.arange(k)[:, None]), 0.0) for k in _NODES
         )
         # Blurred before its tones are coded, black shrinks beside white: all edges move towards it, those inside the
-        # marker one way and the other, so that its size is still told to 0.1 per cent, where it was one too small.
+        # marker one way and the other, so that its size is still told to 0.2 per cent, where it was one too small.
         shrinks = np.hypot(*slopes).ravel()
         self._known = _Pattern(
             shape=(n, n),

@@ -501,19 +501,19 @@ def follow(image, curve, offset, ends, width, contrast, sizes, scores, bright, l
     hold_ends(curve, offset, across, ends, scores)
     put(moved(curve, smooth_offsets(offset, scores, 2.0 * cutoff), across), curve)
     good = merged = seen = np.zeros(n, dtype=np.bool_)
-    side = near = np.zeros(n)
+    side = assumed = np.zeros(n)
     # Where the strip bends sharply the first smooth curve cuts the corner: measured again from the second.
     for _ in range(2):
         across = normals(curve)
-        side, near = free_side(curve, across, width, layers[1]), sizes.copy()
+        side, assumed = free_side(curve, across, width, layers[1]), sizes.copy()
         for i in range(n):
             if side[i] != 0.0:
-                near[i] = width[i]
-        found, seen = bands(image, curve, across, near, bright, side), inside(curve, shape, 0.0)
-        beside = seen.copy()
+                assumed[i] = width[i]
+        found, seen = bands(image, curve, across, assumed, bright, side), inside(curve, shape, 0.0)
+        close = seen.copy()
         for i in range(n):
-            beside[i] &= abs(found[0, i]) <= 0.5 * width[i] + 1.0
-        if rate(found, moved(curve, found[0], across), curve, beside, width, contrast, layers[0], scores) < 6:
+            close[i] &= abs(found[0, i]) <= 0.5 * width[i] + 1.0
+        if rate(found, moved(curve, found[0], across), curve, close, width, contrast, layers[0], scores) < 6:
             return -1.0, 0.0
         good = scores >= GOOD
         own, merged = strip_offset(found[0], found[1], width, good, cutoff)

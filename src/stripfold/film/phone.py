@@ -116,8 +116,7 @@ class _Mapped:
     def _of(self, values: Array) -> Mapping:
         # Turned by the angle whose tangent is the rate it is narrower by its cosine; its height says less, as one that
         # leans is seen from above or below.
-        found, scale = _mapping(self.start, values), 1.0 / (values[9] * np.hypot(1.0, values[11]))
-        return replace(found, homography=np.diag([scale, scale, 1.0]) @ found.homography)
+        return _scaled(_mapping(self.start, values), 1.0 / (values[9] * np.hypot(1.0, values[11])))
 
 
 def _mapping(start: Mapping, values: Array) -> Mapping:
@@ -130,6 +129,11 @@ def _mapping(start: Mapping, values: Array) -> Mapping:
     return Mapping(replace(start.camera, distortion=distortion), homography)
 
 
+def _scaled(mapping: Mapping, factor: float) -> Mapping:
+    """The same with places that many times as far from the origin."""
+    return replace(mapping, homography=np.diag([factor, factor, 1.0]) @ mapping.homography)
+
+
 def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
     """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too."""
     start, places = seen.mapping, plate.places(seen.board, seen.corners)
@@ -138,7 +142,7 @@ def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
     even = np.searchsorted(x[order], np.linspace(x.min(), x.max(), MARKERS))
     chosen = corners[order[np.unique(even)]]
     noise = max(seen.rms / np.sqrt(2.0), LEAST_NOISE)
-    sd = np.array([LENS_SD if lens else 1e-9, NEARER_SD, NEARER_SD, TURNED_SD])
+    usual, sd = np.array([0.0, 1.0, 1.0, 0.0]), np.array([LENS_SD if lens else 1e-9, NEARER_SD, NEARER_SD, TURNED_SD])
     middle, side = 0.5 * (start.camera.size[0] - 1.0), max(start.camera.size)
     across = (chosen.mean(axis=1)[:, 0] - middle) / side
     # Which of the first two edges is the more level one: a marker may be glued on in any way.
@@ -152,10 +156,10 @@ def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
         sides = np.linalg.norm(four - np.roll(four, 1, axis=1), axis=2) / plate.SIDE
         width, height = (0.5 * (sides[:, one] + sides[:, one + 2]) for one in (level, 1 - level))
         sizes = [width - values[9] * (1.0 + values[11] * across), height - values[10]]
-        prior = (values[8:] - [0.0, 1.0, 1.0, 0.0]) / sd
+        prior = (values[8:] - usual) / sd
         return np.concatenate([off.ravel() / noise, np.concatenate(sizes) / SIZE_SD, prior])
 
-    first = np.append(np.zeros(8), [0.0, 1.0, 1.0, 0.0])
+    first = np.append(np.zeros(8), usual)
     found = least_squares(rows, first, loss="soft_l1", x_scale=np.append(np.full(8, 1e-3), sd), max_nfev=30)
     return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac))
 
@@ -174,9 +178,7 @@ class PlateCalibration:
 
     def resample(self, random: np.random.Generator) -> Mapping:
         """Draw a mapping by its covariance, and the scale; the marker on the flat strip stays where it is."""
-        drawn = self.mapped.draw(random)
-        scale = np.diag([*np.full(2, np.exp(random.normal(0.0, SCALE_SD))), 1.0])
-        drawn = Mapping(drawn.camera, scale @ drawn.homography)
+        drawn = _scaled(self.mapped.draw(random), np.exp(random.normal(0.0, SCALE_SD)))
         back = np.eye(3)
         back[:2, 2] = (self.mapping.to_robot(self.flat[None]) - drawn.to_robot(self.flat[None]))[0]
         return Mapping(drawn.camera, back @ drawn.homography)

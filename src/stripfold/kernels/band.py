@@ -223,20 +223,19 @@ def solve_bordered(flat, factors, width, reach, columns, rows, corner, column, r
         d[i, k] = column[n + i] if i < k else last_corner
         given[i] = right[n + i] if i < k else last
     answers, left = schur(factors, width, reach, b, c, d)
-    x, rest, more = np.zeros(n + k + 1), right[:n].copy(), given.copy()
-    for sweep in range(2):
-        if sweep == 1:
-            inner = product(flat, width, x[:n].copy())
-            for m in range(n):
-                rest[m] = right[m] - inner[m]
-                for i in range(k + 1):
-                    rest[m] -= b[i, m] * x[n + i]
+    x, rest, more = np.zeros(n + k + 1), np.empty(n), np.empty(k + 1)
+    for _ in range(2):
+        inner = product(flat, width, x[:n].copy())
+        for m in range(n):
+            rest[m] = right[m] - inner[m]
             for i in range(k + 1):
-                more[i] = given[i]
-                for m in range(n):
-                    more[i] -= c[i, m] * x[m]
-                for j in range(k + 1):
-                    more[i] -= d[i, j] * x[n + j]
+                rest[m] -= b[i, m] * x[n + i]
+        for i in range(k + 1):
+            more[i] = given[i]
+            for m in range(n):
+                more[i] -= c[i, m] * x[m]
+            for j in range(k + 1):
+                more[i] -= d[i, j] * x[n + j]
         step = substitute(factors, width, reach, rest)
         for i in range(k + 1):
             for m in range(n):

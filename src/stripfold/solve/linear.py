@@ -267,10 +267,8 @@ class Bordered:
         sign but for the discretisation: it changes where the branch has its limit point.
         """
         count = self.block.negatives()
-        if (factors := self.block.factors) is None:
-            left = self.corner - self.rows @ np.column_stack([self.block.factor()(one) for one in self.columns.T])
-        else:
-            left = kernels.band.schur(factors[0], self.block.width, factors[1], *self.border)[1]
+        solve = self.block.factor()
+        left = self.corner - self.rows @ np.column_stack([solve(column) for column in self.columns.T])
         if np.linalg.det(left) > 0.0:
             return count
         return count - 1 if count else 1
