@@ -20,7 +20,7 @@ from filmed import onset_of, write_video
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
 from stripfold.cli import main
-from stripfold.film import phone
+from stripfold.film import phone, plate
 from stripfold.film.eta_motion import MotionEtaB
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
@@ -34,7 +34,7 @@ SCENE: dict[str, Any] = {
     "generator": "dynamics",
     "motion": {"friction_moment_star": 0.01, "before": 0.016, "after": 0.5, "model": "rod", "refinement": 1.0},
     "strip": {"width": 0.02},
-    "gripper": {"marker": 40, "offset": [0.002, -0.032]},
+    "gripper": {"marker": 40, "marker_size": 0.048, "offset": [0.002, -0.042]},
     "filming": {
         "size": [960, 540],
         "field": 0.84,
@@ -128,7 +128,7 @@ def test_lambda_of_a_film_alone(filmed: tuple[Path, float]):
 
 @pytest.mark.slow
 def test_a_known_lens_narrows_the_interval(filmed: tuple[Path, float], tmp_path: Path):
-    """What is left is for the print and for where the plate stands."""
+    """What is left is for the print, which a ruler tells, and for where the plate stands."""
     film, truth = filmed
     known = json.loads((film.parent / "truth.json").read_text(encoding="utf-8"))["camera"]
     width, height = SCENE["filming"]["size"]
@@ -140,7 +140,10 @@ def test_a_known_lens_narrows_the_interval(filmed: tuple[Path, float], tmp_path:
     found = sf.measure(film, length=LENGTH, camera=tmp_path / "camera.yaml")
     assert found.event == pytest.approx(truth, abs=1e-3)
     assert found.parts["mapping"] < 0.97 * free.parts["mapping"]
-    assert found.parts["mapping"] > 0.9 * phone.SCALE_SD * truth
+    assert found.parts["mapping"] > 0.9 * plate.PRINT_SD * truth
+    ruled = sf.measure(film, length=LENGTH, camera=tmp_path / "camera.yaml", plate_width=phone.WIDTH)
+    assert ruled.event == found.event
+    assert ruled.parts["mapping"] < 0.9 * found.parts["mapping"]
 
 
 SHARES = np.linspace(0.0, 1.0, 260)
@@ -163,9 +166,10 @@ def test_the_command_line_writes_a_report(
     film, truth = filmed
     sagging = (np.array([[1.0, 0.0, -10.0 * q], [0.0, 1.0, 6.0 * q]]) for q in SHARES)
     film = altered(film, tmp_path / "sagging.mp4", sagging)
-    assert main(["measure", str(film), "--length", str(LENGTH), "--eta-b", str(ETA_B), "--json"]) == 0
+    of_strip = ["--length", str(LENGTH), "--eta-b", str(ETA_B)]
+    assert main(["measure", str(film), *of_strip, "--plate-width", "0.2436", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["lambda_event"] == pytest.approx(truth, abs=1.5e-3)
+    assert told["lambda_event"] == pytest.approx(1.015 * truth, abs=1.5e-3)
     assert told["inputs"]["length"] == LENGTH
     assert (tmp_path / "sagging-result" / "report.html").is_file()
     assert main(["measure", str(film)]) == 2
@@ -177,7 +181,7 @@ def test_the_command_line_writes_a_report(
 @pytest.mark.slow
 def test_a_marker_of_another_size_is_refused(tmp_path: Path):
     """It would be taken for one that is a tenth of the distance nearer."""
-    scene = Scene(**SCENE | {"gripper": SCENE["gripper"] | {"marker_size": 0.027}})
+    scene = Scene(**SCENE | {"gripper": SCENE["gripper"] | {"marker_size": 0.054}})
     write_recording(history_of(scene), scene, tmp_path / "recording")
     with pytest.raises(MeasurementError, match=r"a marker on the gripper that is 1\d% larger than printed"):
         sf.measure(tmp_path / "recording" / "video.mp4", length=LENGTH)
@@ -204,3 +208,5 @@ def test_what_is_not_the_protocol_is_refused(filmed: tuple[Path, float], tmp_pat
         sf.measure(altered(film, tmp_path / "cut.mp4", cut), length=LENGTH)
     with pytest.raises(InvalidInputError, match=r"strip\.length = 45"):
         sf.measure(film, length=45.0)
+    with pytest.raises(InvalidInputError, match=r"plate_width = 24.*24 cm is 0\.24 m"):
+        sf.measure(film, length=LENGTH, plate_width=24.0)

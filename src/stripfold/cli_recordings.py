@@ -165,6 +165,8 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--eta-b", type=number, metavar="X", help="of that strip, m^-4 s^2, if known")
     parser.add_argument("--width", type=metres, metavar="M", help="of that strip, m, if known")
     parser.add_argument("--camera", metavar="FILE", help="of that film, by stripfold calibrate [a usual phone's]")
+    text = "of the ten squares of that film's plate, by a ruler, m [0.24]"
+    parser.add_argument("--plate-width", type=metres, metavar="M", help=text)
 
 
 @command("lambda at the snap in a recording", measure_options)
@@ -184,7 +186,7 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
         # A recording that is not there has an error of its own.
         if path.parent.is_dir():
             writable(path, arguments)
-    known = {name: getattr(arguments, name) for name in ("length", "eta_b", "width", "camera")}
+    known = {name: getattr(arguments, name) for name in ("length", "eta_b", "width", "camera", "plate_width")}
     found = film.measure(arguments.recording, **known, progress=say)
     say("writing the report")
     # Both or none.

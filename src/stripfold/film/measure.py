@@ -269,6 +269,7 @@ def measure(
     eta_b: float | None = None,
     width: float | None = None,
     camera: str | os.PathLike[str] | None = None,
+    plate_width: float | None = None,
     progress: Progress | None = None,
 ) -> RecordingMeasurement:
     """Measure lambda at the onset of the snap in a recording, with its uncertainty (docs/measuring.md).
@@ -283,6 +284,8 @@ def measure(
     camera
         File of that film's camera, as `stripfold calibrate` writes it; without it the lens is a part of the
         uncertainty.
+    plate_width
+        Width of the ten squares of that film's plate by a ruler, m: 0.24, but for the printer.
     progress
         Called with a line on what is being done.
 
@@ -294,7 +297,7 @@ def measure(
         The files can be read but not measured.
     """
     path = file_name("recording", recording)
-    given = {"length": length, "eta_b": eta_b, "width": width, "camera": camera}
+    given = {"length": length, "eta_b": eta_b, "width": width, "camera": camera, "plate_width": plate_width}
     if not Path(path).is_file():
         for key, value in given.items():
             if value is not None:
@@ -306,7 +309,7 @@ def measure(
 
     if length is None:
         raise InvalidInputError("length", MISSING, "the length of the strip in a film with the plate, m")
-    return phone.of_film(path, length, eta_b, width, camera, progress)
+    return phone.of_film(path, length, eta_b, width, camera, plate_width, progress)
 
 
 def evaluate(

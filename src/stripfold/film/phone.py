@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import nan
+from math import hypot, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,9 +22,10 @@ from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
 from stripfold.base.arrays import Array, Picture
-from stripfold.base.errors import MeasurementError, TrackingError
+from stripfold.base.errors import InvalidInputError, MeasurementError, TrackingError
 from stripfold.base.material import GRAVITY
 from stripfold.base.progress import Percent
+from stripfold.base.validation import value_meant
 from stripfold.files.reporting import Progress
 from stripfold.film import plate, snap, video
 from stripfold.film.boards import Refinement, refine, spacing
@@ -44,17 +45,26 @@ SHAKEN = 0.3
 """Shift of a corner of the picture, pixels, from which frames are shifted back."""
 MAX_OFF = 2.0
 """Distance of the plate's corners from where they were, shifted, pixels, from which they are hidden."""
-LENS_SD = 0.006
-"""Standard deviation of a phone's distortion k_1, which it corrects itself for the most part."""
-MARKERS, SIZE_SD, LEAST_NOISE = 60, 4e-3, 0.05
-"""Frames in which the marker's size counts, evenly along its way; its standard deviation, as a share, as if neighbours
-did not err alike; and least that of the plate's corners, pixels."""
+FOCAL, FOCAL_SD, AXIS_SD, LENS_SD = 0.95, 0.3, 0.01, 0.006
+"""Focal length of a film over the longer side of its pictures, of which phones cut off some; standard deviations of its
+logarithm, of the place of the optical axis over that side, and of the distortion k_1, of which phones correct most."""
+KNOWN_LENS_SD = 1e-4
+"""All of these for a lens that is given."""
+MARKERS, SIDE_NOISE, LEAST_NOISE = 60, 0.1, 0.05
+"""Frames in which the marker's sides count, evenly along its way; their standard deviation as if neighbours did not err
+alike, and least that of the plate's corners, pixels."""
+READ_SD = 0.5
+"""Standard deviation of the time in which a picture is read, row by row or column by column, over that between two."""
+AROUND = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
+"""Corners of a square, from the upper left one on."""
 NEARER_SD, MOST_NEARER = 0.01, 0.05
 """Standard deviation of how much nearer to the camera the marker is than the plate, as a share; and the most."""
-TURNED_SD = 0.06
-"""Standard deviation of the angle by which the marker faces aside, in focal lengths over the picture's longer side."""
-SCALE_SD = 2e-3
-"""Standard deviation of the scale: of the print (:data:`.plate.PRINT_SD`), and of the marker's size in all frames."""
+TURNED_SD, LEANS_SD = 0.06, 0.03
+"""Standard deviations of the angles by which the marker faces aside, and leans, rad."""
+WIDTH, MOST_OFF = plate.LONG.columns * plate.LONG.square, 0.02
+"""Width of the long plate's squares, m, and how far another print may be off, as a share."""
+RULER_SD, MARKER_SD = 1e-4, 5e-4
+"""Standard deviations of that width by a ruler, m, and of the marker's size in all frames, as a share."""
 LIFTED, AT_REST = 0.004, 0.0015
 """Height above the flat strip, m, from which the gripper lifts it; motion of one at rest, m."""
 HIGH = 0.97
@@ -85,48 +95,93 @@ class _Scan(NamedTuple):
     mapped: _Mapped
 
 
-@dataclass(frozen=True, eq=False)
-class _Mapped:
-    """A mapping by the plate's corners and the size of the gripper's marker all along its way, which shows the lens.
+class _View(NamedTuple):
+    """How the plate and the gripper's marker, which are of one print, are seen.
 
-    ``values``: eight entries of what is added to the unit matrix to make the homography of that of ``start``, for
-    places from the middle of the picture over its longer side; k_1; of the marker, of the plate's print, the width in
-    the middle and the height over the plate's, and the rate of the width to the right, as it may face aside; their
-    ``covariance``.
+    ``camera``; ``rotation``, a Rodrigues vector, and ``shift``, m, of the plate's frame (x along the table, y up) in
+    front of it; of the marker the share of the camera's distance by which it is ``nearer`` than the plate, and the
+    angles by which it is ``turned`` aside and ``leans``, rad.
     """
 
-    start: Mapping
-    values: Array
-    covariance: Array
+    camera: Camera
+    rotation: Array
+    shift: Array
+    nearer: float = 0.0
+    turned: float = 0.0
+    leans: float = 0.0
+
+    def changed(self, values: Array) -> _View:
+        """Another one: logarithm of the focal length, optical axis over the picture's longer side, x and y, k_1;
+        rotation, x, y and logarithm of the distance; and the marker's three.  What follows is not looked at.
+        """
+        focal, size = np.exp(values[0]), self.camera.size
+        matrix = self.camera.matrix * np.array([[focal, 1.0, 1.0], [1.0, focal, 1.0], [1.0, 1.0, 1.0]])
+        matrix[:2, 2] += max(size) * values[1:3]
+        camera = Camera(matrix, self.camera.distortion + values[3] * np.eye(5)[0], size)
+        # What is near these values is seen at about the same place, whatever the focal length is.
+        away = self.shift[2] * focal * np.exp(values[9])
+        aside = (self.shift[:2] / self.shift[2] + values[7:9]) / focal
+        return _View(camera, self.rotation + values[4:7], away * np.append(aside, 1.0), *values[10:13].tolist())
+
+    def _camera_place(self, axes: Array) -> Array:
+        """In the plate's frame, m."""
+        return -axes.T @ self.shift
 
     @property
     def mapping(self) -> Mapping:
         """To places in the marker's plane."""
-        return self._of(self.values)
+        axes = cv2.Rodrigues(self.rotation)[0]
+        origin = self.shift + self.nearer * self._camera_place(axes)[2] * axes[:, 2]
+        return Mapping(self.camera, np.linalg.inv(self.camera.matrix @ np.column_stack([axes[:, :2], origin])))
+
+    def corners(self, places: Array) -> Array:
+        """Pixels of places on the plate, both of shape (n, 2)."""
+        return self.camera.project(np.column_stack([places, np.zeros(len(places))]), self.rotation, self.shift)
+
+    def sides(self, places: Array) -> Array:
+        """Sides of the marker as they appear in its plane, shape (n, 4), m: upper, right, lower and left one.
+
+        ``places``: of its middle, shape (n, 2), m.
+        """
+        x, y, away = self._camera_place(cv2.Rodrigues(self.rotation)[0])
+        camera, half = np.array([x, y]), 0.5 * plate.SIDE * AROUND
+        angles = np.array([self.turned, self.leans])
+        off = places[:, None] + half * np.cos(angles) - camera
+        nearer = (half @ np.sin(angles) / (away * (1.0 - self.nearer)))[:, None]
+        return _sides(off / (1.0 - nearer))
+
+
+def _sides(corners: Array) -> Array:
+    """Distances of corners, shape (n, 4, 2), from the next ones, shape (n, 4)."""
+    return np.asarray(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2))
+
+
+@dataclass(frozen=True, eq=False)
+class _Mapped:
+    """A mapping by the plate's corners and the gripper's marker all along its way: ``values`` that are added to
+    ``start`` (:meth:`_View.changed`), their ``covariance``, the ``scale`` of the print and its standard deviation.
+    """
+
+    start: _View
+    values: Array
+    covariance: Array
+    scale: float
+    scale_sd: float
+
+    @property
+    def mapping(self) -> Mapping:
+        """To places in the marker's plane."""
+        return _scaled(self.start.changed(self.values).mapping, self.scale)
 
     @property
     def nearer(self) -> float:
-        """By how much larger than the plate, and so nearer to the camera, the marker is seen, as a share."""
-        return float(self.values[9]) - 1.0
+        """By how much nearer to the camera than the plate the marker is, as a share."""
+        return float(self.values[10])
 
     def draw(self, random: np.random.Generator) -> Mapping:
-        """Draw a mapping by the covariance."""
-        return self._of(random.multivariate_normal(self.values, self.covariance))
-
-    def _of(self, values: Array) -> Mapping:
-        # Turned by the angle whose tangent is the rate it is narrower by its cosine; its height says less, as one that
-        # leans is seen from above or below.
-        return _scaled(_mapping(self.start, values), 1.0 / (values[9] * np.hypot(1.0, values[11])))
-
-
-def _mapping(start: Mapping, values: Array) -> Mapping:
-    size = np.array(start.camera.size)
-    middle, side = 0.5 * (size - 1.0), float(size.max())
-    inner = np.array([[1.0, 0.0, -middle[0]], [0.0, 1.0, -middle[1]], [0.0, 0.0, side]]) / side
-    change = np.eye(3) + np.append(values[:8], 0.0).reshape(3, 3)
-    homography = start.homography @ np.linalg.inv(inner) @ change @ inner
-    distortion = start.camera.distortion + np.array([values[8], 0.0, 0.0, 0.0, 0.0])
-    return Mapping(replace(start.camera, distortion=distortion), homography)
+        """Draw a mapping by the covariance, and the scale."""
+        values = random.multivariate_normal(self.values, self.covariance)
+        return _scaled(self.start.changed(values).mapping, self.scale * np.exp(random.normal(0.0, self.scale_sd)))
 
 
 def _scaled(mapping: Mapping, factor: float) -> Mapping:
@@ -134,34 +189,37 @@ def _scaled(mapping: Mapping, factor: float) -> Mapping:
     return replace(mapping, homography=np.diag([factor, factor, 1.0]) @ mapping.homography)
 
 
-def _mapped(seen: Seen, corners: Array, lens: bool) -> _Mapped:
-    """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too."""
-    start, places = seen.mapping, plate.places(seen.board, seen.corners)
-    x = corners.mean(axis=1)[:, 0]
-    order = np.argsort(x)
-    even = np.searchsorted(x[order], np.linspace(x.min(), x.max(), MARKERS))
-    chosen = corners[order[np.unique(even)]]
+def _mapped(seen: Seen, corners: Array, lens: bool, plate_width: float | None = None) -> _Mapped:
+    """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too;
+    ``plate_width``: see :func:`of_film`.
+    """
+    camera, places = seen.mapping.camera, plate.places(seen.board, seen.corners)
+    centres = corners.mean(axis=1)
+    order = np.argsort(centres[:, 0])
+    x = centres[order, 0]
+    frames = order[np.unique(np.searchsorted(x, np.linspace(x[0], x[-1], MARKERS)))]
+    chosen, moved = corners[frames], np.gradient(centres, axis=0)[frames] / max(camera.size)
     noise = max(seen.rms / np.sqrt(2.0), LEAST_NOISE)
-    usual, sd = np.array([0.0, 1.0, 1.0, 0.0]), np.array([LENS_SD if lens else 1e-9, NEARER_SD, NEARER_SD, TURNED_SD])
-    middle, side = 0.5 * (start.camera.size[0] - 1.0), max(start.camera.size)
-    across = (chosen.mean(axis=1)[:, 0] - middle) / side
-    # Which of the first two edges is the more level one: a marker may be glued on in any way.
-    first_two = np.abs(chosen - np.roll(chosen, 1, axis=1))[:, :2].sum(axis=0)
-    level = int(np.argmax(first_two[:, 0] - first_two[:, 1]))
+    of_lens = [FOCAL_SD, AXIS_SD, AXIS_SD, LENS_SD] if lens else [KNOWN_LENS_SD] * 4
+    sd = np.array([*of_lens, *np.full(6, np.inf), NEARER_SD, TURNED_SD, LEANS_SD, READ_SD, READ_SD])
+    start = _View(camera, *plate.pose(camera, seen.corners.pixels, places))
+    # A marker may be glued on in any way.
+    four = start.mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
+    chosen = chosen[:, np.argmax(AROUND @ (four - four.mean(axis=1, keepdims=True)).mean(axis=0).T, axis=1)]
+    side_sd = SIDE_NOISE / _sides(chosen).mean()
 
     def rows(values: Array) -> Array:
-        mapping = _mapping(start, values)
-        off = mapping.to_pixels(places) - seen.corners.pixels
-        four = mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
-        sides = np.linalg.norm(four - np.roll(four, 1, axis=1), axis=2) / plate.SIDE
-        width, height = (0.5 * (sides[:, one] + sides[:, one + 2]) for one in (level, 1 - level))
-        sizes = [width - values[9] * (1.0 + values[11] * across), height - values[10]]
-        prior = (values[8:] - usual) / sd
-        return np.concatenate([off.ravel() / noise, np.concatenate(sizes) / SIZE_SD, prior])
+        view = start.changed(values)
+        off = view.corners(places) - seen.corners.pixels
+        four = view.mapping.to_robot(chosen.reshape(-1, 2)).reshape(-1, 4, 2)
+        # What moves while a picture is read seems longer or shorter.
+        read = np.tile(1.0 + values[13:] * moved, 2)
+        longer = (_sides(four) - read * view.sides(four.mean(axis=1))) / plate.SIDE
+        return np.concatenate([off.ravel() / noise, longer.ravel() / side_sd, values / sd])
 
-    first = np.append(np.zeros(8), usual)
-    found = least_squares(rows, first, loss="soft_l1", x_scale=np.append(np.full(8, 1e-3), sd), max_nfev=30)
-    return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac))
+    found = least_squares(rows, np.zeros(15), loss="soft_l1", x_scale=np.minimum(sd, 1e-3), max_nfev=100)
+    scale, scale_sd = (1.0, plate.PRINT_SD) if plate_width is None else (plate_width / WIDTH, RULER_SD / plate_width)
+    return _Mapped(start, found.x, np.linalg.inv(found.jac.T @ found.jac), scale, hypot(scale_sd, MARKER_SD))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +235,8 @@ class PlateCalibration:
     relative = True
 
     def resample(self, random: np.random.Generator) -> Mapping:
-        """Draw a mapping by its covariance, and the scale; the marker on the flat strip stays where it is."""
-        drawn = _scaled(self.mapped.draw(random), np.exp(random.normal(0.0, SCALE_SD)))
+        """Draw a mapping; the marker on the flat strip stays where it is."""
+        drawn = self.mapped.draw(random)
         back = np.eye(3)
         back[:2, 2] = (self.mapping.to_robot(self.flat[None]) - drawn.to_robot(self.flat[None]))[0]
         return Mapping(drawn.camera, back @ drawn.homography)
@@ -195,11 +253,16 @@ def of_film(
     eta_b: float | None = None,
     width: float | None = None,
     camera: str | os.PathLike[str] | None = None,
+    plate_width: float | None = None,
     progress: Progress | None = None,
 ) -> RecordingMeasurement:
     """Measure lambda at the onset of the snap in a film with the plate; see :func:`.measure`."""
     path = Path(file)
-    scan = _scan(path, None if camera is None else read_camera(Path(camera)), progress)
+    if plate_width is not None and not abs(plate_width / WIDTH - 1.0) <= MOST_OFF:
+        allowed = f"{WIDTH * (1.0 - MOST_OFF):g} to {WIDTH * (1.0 + MOST_OFF):g} m"
+        advice = value_meant(plate_width, "m", WIDTH * (1.0 - MOST_OFF), WIDTH * (1.0 + MOST_OFF))
+        raise InvalidInputError("plate_width", plate_width, allowed, advice or "print the sheet at 100 %")
+    scan = _scan(path, None if camera is None else read_camera(Path(camera)), plate_width, progress)
     return of_trials(scan.time, _trials(scan), lambda part: _of_trial(path, scan, part, length, eta_b, width, progress))
 
 
@@ -300,7 +363,7 @@ class _Steady:
         return replace(frame, image=np.asarray(image, np.uint8))
 
 
-def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan:
+def _scan(path: Path, camera: Camera | None, plate_width: float | None, progress: Progress | None) -> _Scan:
     """Follow the plate and the gripper's marker through the film.
 
     Raises InvalidInputError: it cannot be read; TrackingError: plate or marker are not in view.
@@ -308,7 +371,7 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
     tracked, moved, grips, whole = Percent(progress, "reading the plate"), list[Array](), list[Grip](), list[Array]()
     with video.read(path) as frames:
         first = next(frames)
-        seen = plate.find(first.image, path.name, boards=(plate.LONG,))
+        seen = plate.find(first.image, path.name, boards=(plate.LONG,)).with_focal(FOCAL, FOCAL_SD)
         marker = _marker(first.image, path.name)
         follow = GripperTracker(Marker(str(plate.LONG.dictionary), marker), path.name)
         known = seen.corners.pixels
@@ -339,7 +402,7 @@ def _scan(path: Path, camera: Camera | None, progress: Progress | None) -> _Scan
     back = np.linalg.inv(moved)
     centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
     corners = np.array([transform(one, four) for one, four in zip(back, gripper.corners, strict=True)])
-    mapped = _mapped(seen, corners[gripper.tracked], lens=camera is None)
+    mapped = _mapped(seen, corners[gripper.tracked], camera is None, plate_width)
     if abs(larger := mapped.nearer) > MOST_NEARER:
         found = (
             f"a marker on the gripper that is {abs(larger):.0%} {'larger' if larger > 0.0 else 'smaller'} than printed"

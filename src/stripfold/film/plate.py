@@ -24,7 +24,7 @@ LONG = Board(type="charuco", columns=10, rows=3, square=0.024, marker=0.018, dic
 CARD = Board(type="charuco", columns=7, rows=3, square=0.012, marker=0.009, dictionary="5x5_100")
 FOOT, MARGIN = 0.5, 1.0 / 3.0
 """White below the squares, down to the table, and around them, in squares: a plate is cut out along it."""
-GRIPPERS, SIDE = (40, 41), 0.024
+GRIPPERS, SIDE = (40, 41), 0.048
 """Markers for the gripper: numbers in the same dictionary, and side of their black square, m."""
 FOCALS = 0.75, 1.45, 2.1
 """Focal length over the longer side of a picture: of the main cameras of phones, and of what enlarges twice or thrice.
@@ -109,11 +109,17 @@ def _posed(board: Board, corners: Corners, size: tuple[int, int], focal: float, 
 
 def _homography(camera: Camera, pixels: Array, on_plate: Array) -> Array:
     """From pixels to a plate by the camera's pose, which errs less beside a small plate than a free homography."""
-    points = np.column_stack([on_plate, np.zeros(len(on_plate))])
-    _, rotation, shift = cv2.solvePnP(points, pixels, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE)
-    rotation, shift = cv2.solvePnPRefineLM(points, pixels, camera.matrix, None, rotation, shift)
+    rotation, shift = pose(camera, pixels, on_plate)
     axes = cv2.Rodrigues(rotation)[0]
     return np.asarray(np.linalg.inv(camera.matrix @ np.column_stack([axes[:, :2], shift])), dtype=np.float64)
+
+
+def pose(camera: Camera, pixels: Array, on_plate: Array) -> tuple[Array, Array]:
+    """The pose of a plate before a camera: its Rodrigues vector and its origin, m, shape (3,) each."""
+    points, seen = np.column_stack([on_plate, np.zeros(len(on_plate))]), camera.undistort(pixels)
+    _, rotation, shift = cv2.solvePnP(points, seen, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE)
+    rotation, shift = cv2.solvePnPRefineLM(points, seen, camera.matrix, None, rotation, shift)
+    return np.ravel(rotation), np.ravel(shift)
 
 
 class Rectified(NamedTuple):

@@ -18,20 +18,23 @@ from stripfold.film.plate import CARD, FOOT, GRIPPERS, LONG, MARGIN, SIDE
 Paper = Literal["a4", "letter"]
 PAPERS = {"a4": (297.0, 210.0), "letter": (279.4, 215.9)}
 """Width and height of a sheet on its side, mm."""
-INCH, EDGE, GAP = 25.4, 9.0, 9.0
+INCH, EDGE, GAP = 25.4, 8.0, 6.0
 """mm; from the paper's edge, where printers do not reach, and between the parts."""
 LINE = 100.0
 """Length of the line to check the print with, mm."""
-RIM = 1.0 / 4.0
+RIM = 1.0 / 6.0
 """White around a marker, over its side."""
 STEPS = (
     "Print at 100 %, without fitting to the page; check the line. Glue it on stiff board, cut along the grey lines.",
     "Film: the long plate stands on the table on its lower edge, beside the cloth's held end and in the plane of its",
-    "     near edge; a small marker sticks on the gripper, above the cloth's end, in the same plane. Phone steady, on",
+    "     near edge; a square marker sticks on the gripper, above the cloth's end, in the same plane. Phone steady, on",
     "     its side, a metre away, plate and fold wholly in view. Press record while the strip lies flat, gripped;",
     "     lift it, pull steadily at 1 to 4 mm/s, let it snap.",
-    "     stripfold measure FILM.mp4 --length 0.45",
-    "Photograph: the card stands beside the fold, or below a strip that hangs, in the plane of its near edge.",
+    "     stripfold measure FILM.mp4 --length 0.45  (--plate-width 0.24: of the ten squares, as a ruler says)",
+)
+PHOTOGRAPH = (
+    "Photograph: the card stands beside the fold, or below a strip that",
+    "     hangs, in the plane of its near edge.",
     "     stripfold eta --image PHOTO.jpg --method fold --width 0.03",
 )
 
@@ -53,9 +56,9 @@ def sheet(paper: Paper = "a4") -> Figure:
     for number in GRIPPERS:
         _marker(ax, number, across, low)
         across += MILLI * SIDE * (1.0 + 2.0 * RIM) + GAP
-    low += max(card[1], MILLI * SIDE * (1.0 + 2.0 * RIM)) + GAP
-    ax.text(left, low, "\n".join(STEPS), fontsize=8.5, va="bottom", linespacing=1.25)
     top, right = height - EDGE, width - left
+    for x, steps in ((left, STEPS), (right - LINE, PHOTOGRAPH)):
+        ax.text(x, top - 7.0, "\n".join(steps), fontsize=7.5, va="top", linespacing=1.2)
     ax.text(left, top, "stripfold: plate for films and photographs", fontsize=12, va="top")
     ends = right - LINE, right
     ax.plot(ends, (top - 4.0, top - 4.0), color="black", lw=0.6, solid_capstyle="butt")

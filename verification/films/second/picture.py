@@ -151,8 +151,8 @@ class Look:
 
     ``lamp`` points to the lamp; the strip's front edge recedes by ``recede`` and its width shrinks by ``narrowing`` (a
     share) from the gripper to the held end, and it is twisted by up to ``twist``, rad; ``hairs`` stick out of its edge.
-    ``solid``: all of it is as thick as the edge in front.  ``ground``: z of the table.  ``turned``: angle by which the
-    marker faces aside, rad.
+    ``solid``: all of it is as thick as the edge in front.  ``ground``: z of the table.  ``turned``, ``leans``: angles
+    by which the marker faces aside and leans, rad.
     """
 
     strip: float
@@ -173,6 +173,7 @@ class Look:
     solid: bool = False
     ground: float = 0.0
     turned: float = 0.0
+    leans: float = 0.0
 
 
 class Studio:
@@ -244,8 +245,9 @@ class Studio:
         polygons(
             canvas, self.camera.on_canvas(np.stack([_at(arm, 0.001), _at(finger, -0.001)])), np.array([100.0, 60.0])
         )
-        card = _at(np.array([x, z]) + half * square * [np.cos(self.look.turned), 1.0], 0.0)
-        card[:, 1] += half * np.sin(self.look.turned) * square[:, 0]
+        angles = np.array([self.look.turned, self.look.leans])
+        card = _at(np.array([x, z]) + half * square * np.cos(angles), 0.0)
+        card[:, 1] += half * square @ np.sin(angles)
         sheet(canvas, self._card, self.camera.on_canvas(card))
 
     def frame(self, curve: Array, end: Array) -> Canvas:
