@@ -57,8 +57,9 @@ READ_SD = 0.5
 """Standard deviation of the time in which a picture is read, row by row or column by column, over that between two."""
 AROUND = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
 """Corners of a square, from the upper left one on."""
-NEARER_SD, MOST_NEARER = 0.01, 0.05
-"""Standard deviation of how much nearer to the camera the marker is than the plate, as a share; and the most."""
+NEARER_SD, MOST_LARGER = 0.01, 0.05
+"""Standard deviation of how much nearer to the camera the marker is than the plate, and by how much larger it may be
+seen for that, as shares."""
 TURNED_SD, LEANS_SD = 0.06, 0.03
 """Standard deviations of the angles by which the marker faces aside, and leans, rad."""
 WIDTH, MOST_OFF = plate.LONG.columns * plate.LONG.square, 0.02
@@ -174,9 +175,9 @@ class _Mapped:
         return _scaled(self.start.changed(self.values).mapping, self.scale)
 
     @property
-    def nearer(self) -> float:
-        """By how much nearer to the camera than the plate the marker is, as a share."""
-        return float(self.values[10])
+    def larger(self) -> float:
+        """By how much larger than in the plate's plane the marker is seen, as a share."""
+        return float(1.0 / (1.0 - self.values[10]) - 1.0)
 
     def draw(self, random: np.random.Generator) -> Mapping:
         """Draw a mapping by the covariance, and the scale."""
@@ -191,7 +192,7 @@ def _scaled(mapping: Mapping, factor: float) -> Mapping:
 
 def _mapped(seen: Seen, corners: Array, lens: bool, plate_width: float | None = None) -> _Mapped:
     """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too;
-    ``plate_width``: see :func:`of_film`.
+    ``plate_width``: see :func:`.measure`.
     """
     camera, places = seen.mapping.camera, plate.places(seen.board, seen.corners)
     centres = corners.mean(axis=1)
@@ -403,12 +404,12 @@ def _scan(path: Path, camera: Camera | None, plate_width: float | None, progress
     centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
     corners = np.array([transform(one, four) for one, four in zip(back, gripper.corners, strict=True)])
     mapped = _mapped(seen, corners[gripper.tracked], camera is None, plate_width)
-    if abs(larger := mapped.nearer) > MOST_NEARER:
+    if abs(larger := mapped.larger) > MOST_LARGER:
         found = (
             f"a marker on the gripper that is {abs(larger):.0%} {'larger' if larger > 0.0 else 'smaller'} than printed"
         )
         advice = "print marker and plate at the same scale, and have both as far from the phone"
-        raise MeasurementError(path.name, found, f"at most {MOST_NEARER:.0%}, measured by the plate", advice)
+        raise MeasurementError(path.name, found, f"at most {MOST_LARGER:.0%}, measured by the plate", advice)
     return _Scan(gripper.time, np.array(moved), np.array(centres), marker, seen, mapped)
 
 
