@@ -48,7 +48,7 @@ MAX_OFF = 2.0
 FOCAL, FOCAL_SD, AXIS_SD, LENS_SD = 0.95, 0.3, 0.01, 0.006
 """Focal length of a film over the longer side of its pictures, of which phones cut off some; standard deviations of its
 logarithm, of the place of the optical axis over that side, and of the distortion k_1, of which phones correct most."""
-KNOWN_LENS_SD = 1e-4
+KNOWN_LENS_SD = 2e-3
 """All of these for a lens that is given."""
 MARKERS, SIDE_NOISE, LEAST_NOISE = 60, 0.1, 0.05
 """Frames in which the marker's sides count, evenly along its way; their standard deviation as if neighbours did not err
