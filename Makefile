@@ -31,7 +31,7 @@ all: $(STAMP) ## Redo the paper and its verification, at a reader's scale, besid
 	$(SNAKEMAKE) all --cores $(CORES)
 
 RELEASE := --configfile workflow/config/paper.yaml workflow/config/release.yaml
-release: $(STAMP) ## The same at full scale (three hours on two cores, idle machine), and the tables of README and docs
+release: $(STAMP) ## The same at full scale (an hour and a half on two cores, idle machine), and the tables of README and docs
 	$(SNAKEMAKE) all release $(RELEASE) --cores $(CORES)
 
 studies: $(STAMP) ## Redo the verification studies alone
