@@ -362,7 +362,7 @@ NUMBERS = {
     facts: (
         Number("phone_coverage", "share", "1", ">= 0.93",
             "share of the 95 % intervals of lambda that hold the truth, of {measured} of {cases} phone-like films with "
-            "the plate (seed {seed}), half of them of the second generator ({chain_share:.2f} of these): three sizes, "
+            "the plate ({seed}), half of them of the second generator ({chain_share:.2f} of these): three sizes, "
             "H.264, HEVC of 10 bits or MPEG-4, even and uneven rates, tilts up to 10 degrees, phones that sag or zoom, "
             "plates 8 mm off the marker's plane, markers that face aside by 3 and lean by 2 degrees (standard "
             "deviations)"),

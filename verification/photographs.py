@@ -190,7 +190,7 @@ NUMBERS = {
     facts: (
         Number("photo_coverage", "share", "1", "0.93 to 0.97",
             "share of the 95 % intervals of eta_b that hold the truth, of {measured} of {cases} photographs beside the "
-            "card (seed {seed}), folds and hanging strips in turn; half widths {fold_half:.0%} and {hanging_half:.0%} "
+            "card ({seed}), folds and hanging strips in turn; half widths {fold_half:.0%} and {hanging_half:.0%} "
             "in the median, errors {fold_error:.1%} and {hanging_error:.1%}",
             lambda f: covers(f.share, f.measured, 0.93, 0.97)),
         Number("photo_refused", "refused", "1", "<= 0.15", "share of these photographs that are refused"),
