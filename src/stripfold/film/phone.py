@@ -113,7 +113,7 @@ class _View(NamedTuple):
 
     def changed(self, values: Array) -> _View:
         """Another one: logarithm of the focal length, optical axis over the picture's longer side, x and y, k_1;
-        rotation, x, y and logarithm of the distance; and the marker's three.  What follows is not looked at.
+        rotation, x, y and logarithm of the distance; and the marker's three.  More values are not used.
         """
         focal, size = np.exp(values[0]), self.camera.size
         matrix = self.camera.matrix * np.array([[focal, 1.0, 1.0], [1.0, focal, 1.0], [1.0, 1.0, 1.0]])
@@ -190,9 +190,10 @@ def _scaled(mapping: Mapping, factor: float) -> Mapping:
     return replace(mapping, homography=np.diag([factor, factor, 1.0]) @ mapping.homography)
 
 
-def _mapped(seen: Seen, corners: Array, lens: bool, plate_width: float | None = None) -> _Mapped:
-    """Fit the mapping; ``corners`` of the marker, shape (n, 4, 2), pixels; ``lens``: whether that is fitted, too;
-    ``plate_width``: see :func:`.measure`.
+def fit_mapping(seen: Seen, corners: Array, lens: bool, plate_width: float | None = None) -> _Mapped:
+    """Fit the mapping to the plate and to the corners of the marker in n frames, shape (n, 4, 2), pixels.
+
+    ``lens``: whether that is fitted, too; ``plate_width``: see :func:`.measure`.
     """
     camera, places = seen.mapping.camera, plate.places(seen.board, seen.corners)
     centres = corners.mean(axis=1)
@@ -403,7 +404,7 @@ def _scan(path: Path, camera: Camera | None, plate_width: float | None, progress
     back = np.linalg.inv(moved)
     centres = [transform(one, centre[None])[0] for one, centre in zip(back, gripper.centre, strict=True)]
     corners = np.array([transform(one, four) for one, four in zip(back, gripper.corners, strict=True)])
-    mapped = _mapped(seen, corners[gripper.tracked], camera is None, plate_width)
+    mapped = fit_mapping(seen, corners[gripper.tracked], camera is None, plate_width)
     if abs(larger := mapped.larger) > MOST_LARGER:
         found = (
             f"a marker on the gripper that is {abs(larger):.0%} {'larger' if larger > 0.0 else 'smaller'} than printed"
