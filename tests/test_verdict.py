@@ -21,6 +21,7 @@ from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import BUMP, BUMP_ENERGY, WAVE, forces_of, friction_to_hold, peak_push
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, pieces_through
+from stripfold.paths.fold_path import lifted_triangular
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
 
@@ -258,3 +259,15 @@ def test_a_verdict_in_time_lays_the_strip_on_a_ridge_where_it_may_ruck(share: fl
     found = strip.assess(path, model="rod", layer_friction=0.0, flatness=share * waves)
     assert found.rucked is rucked
     assert found.may_ruck is bool(rucked)
+
+
+@pytest.mark.slow
+def test_a_change_of_contact_behind_which_cloth_is_lost_is_a_critical_point() -> None:
+    """A layer comes down first; before and behind the change that then lets the strip go it has other elements."""
+    told = sf.Strip(length=0.16390832543282066, eta_b=23333.127520739778)
+    path = lifted_triangular(told, told.gravity_length)
+    strip = sf.Strip(length=told.length, eta_b=1.2 * told.eta_b)
+    step = 0.25 * strip.gravity_length
+    found = strip.assess(path, model="rod", friction_moment=0.002520658377550087, step=step)
+    assert not found.stable
+    assert found.critical[0]["kind"] == "snap-through"

@@ -303,10 +303,8 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
         elif item.event in (UNHELD, LIMIT) and _layer_comes_down(item.after):
             turned = turned or item
             continue
-        elif item.event is UNHELD:
-            raise _lost(LET_GO, item.after.point.lam)
-        elif item.event is LIMIT:
-            raise _lost(TURNS_BACK, _limit(item) if locate else item.before.point.lam)
+        elif item.event in (UNHELD, LIMIT):
+            raise _lost_at(item, locate)
         elif item.event.name == LIFTED:
             raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
         else:
@@ -314,7 +312,7 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
         new = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
         break
     if turned is not None and critical.is_past(new.point):
-        raise _lost(TURNS_BACK, _limit(turned) if locate else turned.before.point.lam)
+        raise _lost_at(turned, locate)
     return new
 
 
@@ -367,6 +365,13 @@ def _changed(at: BranchPoint, end: float) -> BranchPoint:
 
 def _lost(why: str, lam: float) -> LostStabilityError:
     return LostStabilityError(f"the strip does not follow its gripper: {why}", parameter=lam)
+
+
+def _lost_at(crossing: BranchCrossing, locate: bool) -> LostStabilityError:
+    """That at a change of the contact, whose sides have different elements, or at a limit point."""
+    if crossing.event is UNHELD:
+        return _lost(LET_GO, crossing.after.point.lam)
+    return _lost(TURNS_BACK, _limit(crossing) if locate else crossing.before.point.lam)
 
 
 def _limit(crossing: BranchCrossing) -> float:
