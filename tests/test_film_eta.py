@@ -174,6 +174,9 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
     assert found.fit.width == pytest.approx(6.0, abs=1.5)
 
 
+EDGE = np.column_stack([np.linspace(60.0, 460.0, 800), np.linspace(115.0, 119.0, 800)])
+
+
 @pytest.mark.parametrize(
     ("curve", "method", "message"),
     [
@@ -184,6 +187,12 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
         (drawn.folded(100.0) + np.array([0.0, 188.0]), "fold", "border cuts"),
         (np.column_stack([np.linspace(60, 560, 300), np.linspace(60, 62, 300)]), "fold", "no loop"),
         (hanging(0.55), "cantilever", "bent by 0.3% of its length"),
+        # A straight edge, bent at its end by more than that.
+        (
+            EDGE + np.array([[0.0, 5.0]]) * np.clip(1.0 - (EDGE[:, :1] - 60.0) / 40.0, 0.0, None) ** 2,
+            "cantilever",
+            r"would be 0\.4\d L\* long",
+        ),
     ],
 )
 def test_picture_without_the_strip_is_refused(curve: drawn.Array, method: str, message: str) -> None:

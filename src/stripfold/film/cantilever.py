@@ -35,6 +35,8 @@ POINTS = 100
 MIN_SAG = 0.0075
 """Least distance of a hanging strip from the straight line through its ends, relative to its length: what is straighter
 can be the edge of anything."""
+SHORTEST = 0.6
+"""Least length of a hanging strip, L*, by its own fit: a shorter one is straight, and what is bent is an edge's end."""
 STRAIGHT = "let 1 to 4 L* of it hang; is it a ruler or an edge? take it out of the picture"
 MAX_ENCLOSED = 0.25
 """Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
@@ -167,6 +169,9 @@ def measure(image: Picture, source: str, slope: float | None, roll: float, depth
     shape, power = (
         fit(line.points, line.sd, tip_sd, roll, linear=linear, slope=slope, source=source) for linear in (True, False)
     )
+    if line.length < SHORTEST * shape.unit:
+        found = f"a line that, as a strip, would be {line.length / shape.unit:.2f} L* long, too short to bend like this"
+        raise TrackingError(source, found, f"{SHORTEST:g} L* or more; {NEEDED}", STRAIGHT)
     if depth is not None:
         n = power.exponent
         below, above = (float(np.hypot(np.log(end / n), 1.96 * LAW_SD * depth.share)) for end in power.exponents)
