@@ -364,8 +364,10 @@ def _matching(
 
 
 def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask, seen: Depth) -> float:
-    """Intersection over union of a hole and that of a loop."""
+    """Intersection over union of a hole and that of a loop; 0 where nothing is seen through that."""
     within = inside_of(min(width / place.unit, MAX_THICKNESS), place, seen)
+    if not within.size:
+        return 0.0
     corners = place.of(within) - [where[1].start, where[0].start]
     room = int(0.25 * max(hole.shape)) + 1
     grown = np.pad(hole, room)
