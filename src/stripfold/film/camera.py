@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -93,6 +93,12 @@ class Mapping:
 
     camera: Camera
     homography: Array
+
+    @classmethod
+    def of_pose(cls, camera: Camera, rotation: Array, origin: Array) -> Self:
+        """To places in a plane of this Rodrigues vector and origin, m, in front of the camera, shapes (3,)."""
+        axes = cv2.Rodrigues(rotation)[0]
+        return cls(camera, np.linalg.inv(camera.matrix @ np.column_stack([axes[:, :2], origin])))
 
     def to_robot(self, pixels: Array) -> Array:
         """The robot's x and z, shape (n, 2), m, of pixels, shape (n, 2)."""

@@ -124,16 +124,16 @@ class _View(NamedTuple):
         aside = (self.shift[:2] / self.shift[2] + values[7:9]) / focal
         return _View(camera, self.rotation + values[4:7], away * np.append(aside, 1.0), *values[10:13].tolist())
 
-    def _camera_place(self, axes: Array) -> Array:
-        """In the plate's frame, m."""
-        return -axes.T @ self.shift
+    def _axes_and_camera(self) -> tuple[Array, Array]:
+        """Axes of the plate's frame, the columns of a matrix, and the camera's place in that frame, m."""
+        axes = cv2.Rodrigues(self.rotation)[0]
+        return axes, -axes.T @ self.shift
 
     @property
     def mapping(self) -> Mapping:
         """To places in the marker's plane."""
-        axes = cv2.Rodrigues(self.rotation)[0]
-        origin = self.shift + self.nearer * self._camera_place(axes)[2] * axes[:, 2]
-        return Mapping(self.camera, np.linalg.inv(self.camera.matrix @ np.column_stack([axes[:, :2], origin])))
+        axes, (_, _, away) = self._axes_and_camera()
+        return Mapping.of_pose(self.camera, self.rotation, self.shift + self.nearer * away * axes[:, 2])
 
     def corners(self, places: Array) -> Array:
         """Pixels of places on the plate, both of shape (n, 2)."""
@@ -144,7 +144,7 @@ class _View(NamedTuple):
 
         ``places``: of its middle, shape (n, 2), m.
         """
-        x, y, away = self._camera_place(cv2.Rodrigues(self.rotation)[0])
+        _, (x, y, away) = self._axes_and_camera()
         camera, half = np.array([x, y]), 0.5 * plate.SIDE * AROUND
         angles = np.array([self.turned, self.leans])
         off = places[:, None] + half * np.cos(angles) - camera

@@ -63,7 +63,7 @@ class Seen:
         pixels = self.corners.pixels + random.normal(0.0, self.rms / np.sqrt(2.0), self.corners.pixels.shape)
         factor = np.diag([*np.full(2, np.exp(random.normal(0.0, self.focal_sd))), 1.0])
         camera = replace(self.mapping.camera, matrix=self.mapping.camera.matrix @ factor)
-        return Mapping(camera, _homography(camera, pixels, places(self.board, self.corners)))
+        return _mapping(camera, pixels, places(self.board, self.corners))
 
 
 def places(board: Board, corners: Corners) -> Array:
@@ -103,19 +103,17 @@ def _posed(board: Board, corners: Corners, size: tuple[int, int], focal: float, 
     length, on_plate = focal * max(size), places(board, corners)
     matrix = np.array([[length, 0.0, 0.5 * (width - 1)], [0.0, length, 0.5 * (height - 1)], [0.0, 0.0, 1.0]])
     camera = Camera(matrix, np.zeros(5), size)
-    mapping = Mapping(camera, _homography(camera, corners.pixels, on_plate))
+    mapping = _mapping(camera, corners.pixels, on_plate)
     return Seen(board, corners, mapping, rms(mapping.to_pixels(on_plate) - corners.pixels), focal_sd)
 
 
-def _homography(camera: Camera, pixels: Array, on_plate: Array) -> Array:
-    """From pixels to a plate by the camera's pose, which errs less beside a small plate than a free homography."""
-    rotation, shift = pose(camera, pixels, on_plate)
-    axes = cv2.Rodrigues(rotation)[0]
-    return np.asarray(np.linalg.inv(camera.matrix @ np.column_stack([axes[:, :2], shift])), dtype=np.float64)
+def _mapping(camera: Camera, pixels: Array, on_plate: Array) -> Mapping:
+    """To places on a plate by the camera's pose, which errs less beside a small plate than a free homography."""
+    return Mapping.of_pose(camera, *pose(camera, pixels, on_plate))
 
 
 def pose(camera: Camera, pixels: Array, on_plate: Array) -> tuple[Array, Array]:
-    """The pose of a plate before a camera: its Rodrigues vector and its origin, m, shape (3,) each."""
+    """The pose of a plate in front of a camera: its Rodrigues vector and its origin, m, shape (3,) each."""
     points, seen = np.column_stack([on_plate, np.zeros(len(on_plate))]), camera.undistort(pixels)
     _, rotation, shift = cv2.solvePnP(points, seen, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE)
     rotation, shift = cv2.solvePnPRefineLM(points, seen, camera.matrix, None, rotation, shift)
