@@ -45,9 +45,9 @@ SHAKEN = 0.3
 """Shift of a corner of the picture, pixels, from which frames are shifted back."""
 MAX_OFF = 2.0
 """Distance of the plate's corners from where they were, shifted, pixels, from which they are hidden."""
-FOCAL, FOCAL_SD, AXIS_SD, LENS_SD = 0.95, 0.3, 0.01, 0.006
+FOCAL, FOCAL_SD, AXIS_SD, LENS_SD = 0.95, 0.3, 0.01, 0.04
 """Focal length of a film over the longer side of its pictures, of which phones cut off some; standard deviations of its
-logarithm, of the place of the optical axis over that side, and of the distortion k_1, of which phones correct most."""
+logarithm, of the place of the optical axis over that side, and of the distortion k_1, which not all cameras correct."""
 KNOWN_LENS_SD = 2e-3
 """All of these for a lens that is given."""
 MARKERS, SIDE_NOISE, LEAST_NOISE = 60, 0.1, 0.05
