@@ -180,52 +180,56 @@ def eliminate(a, x):
     return True
 
 
-@compiled(numba.types.Tuple((matrix, matrix))(vector, numba.int64, index, matrix, matrix, matrix))
-def schur(factors, width, reach, columns, rows, corner):
-    """Solutions for k columns beside the matrix, and what is left of the corner once the matrix is eliminated.
-
-    ``columns``, ``rows``: shape (k, n); ``corner``: (k, k), of ``[[matrix, columns.T], [rows, corner]]``.
-    """
-    k, n = columns.shape
-    answers, left = np.empty((k, n)), corner.copy()
-    for j in range(k):
-        answer = substitute(factors, width, reach, columns[j])
-        for i in range(n):
-            answers[j, i] = answer[i]
-        for i in range(k):
-            for m in range(n):
-                left[i, j] -= rows[i, m] * answer[m]
-    return answers, left
-
-
 @compiled(
-    numba.types.Tuple((vector, numba.boolean))(
-        vector, vector, numba.int64, index, matrix, matrix, matrix, vector, vector, numba.float64, vector, numba.float64
+    numba.types.Tuple((vector, numba.int64))(
+        vector, numba.int64, index, matrix, matrix, matrix, vector, vector, vector, numba.float64, vector, numba.float64
     )
 )
-def solve_bordered(flat, factors, width, reach, columns, rows, corner, column, row, last_corner, right, last):
+def solve_bordered(flat, width, held, columns, rows, corner, rate, column, row, last_corner, right, last):
     """Solve a system with k + 1 more unknowns and equations, and refine the solution once.
 
-    ``flat``, ``factors``, ``reach``: the matrix, and its factors.  ``columns``, ``rows``, ``corner``: its border, as
-    of :func:`schur`; ``column``, ``row``, shape (n + k,), and ``last_corner``: the border of both; ``right``, ``last``:
-    the right sides.
+    ``flat``, ``columns``, ``rows``, ``corner``: the matrix and its border, shapes (k, n), (k, n) and (k, k).  ``held``:
+    numbers of those of the n unknowns whose rows and columns are taken for those of the identity, but that they move
+    with the last unknown at their ``rate``, shape (n + k,), zero elsewhere.  ``column``, ``row``, shape (n + k,), and
+    ``last_corner``: the border of both; ``right``, ``last``: the right sides, zero on held unknowns.
 
-    Returns the n + k + 1 unknowns, and whether the border is regular.
+    Returns the n + k + 1 unknowns, without what the held ones move; and whether the matrix has factors, 1, and the
+    border is regular, 2.
     """
     k, n = columns.shape
-    b, c, d, given = np.empty((k + 1, n)), np.empty((k + 1, n)), np.empty((k + 1, k + 1)), np.empty(k + 1)
-    for i in range(k + 1):
-        for m in range(n):
-            b[i, m] = columns[i, m] if i < k else column[m]
-            c[i, m] = rows[i, m] if i < k else row[m]
+    is_held, factors, reach = np.zeros(n, np.bool_), flat.copy(), np.empty(n, np.int64)
+    for i in held:
+        is_held[i] = True
+    hold(factors, width, is_held)
+    fixed = factors.copy()
+    if not factorise(factors, width, reach):
+        return right, 0
+    moved = product(flat, width, rate[:n].copy())
+    b, c, d, given = np.zeros((k + 1, n)), np.zeros((k + 1, n)), np.empty((k + 1, k + 1)), np.empty(k + 1)
+    for m in range(n):
+        if not is_held[m]:
+            for i in range(k):
+                b[i, m], c[i, m] = columns[i, m], rows[i, m]
+            b[k, m], c[k, m] = column[m] + moved[m], row[m]
+    d[k, k], given[k] = last_corner, last
+    for i in range(k):
         for j in range(k):
-            d[i, j] = corner[i, j] if i < k else row[n + j]
-        d[i, k] = column[n + i] if i < k else last_corner
-        given[i] = right[n + i] if i < k else last
-    answers, left = schur(factors, width, reach, b, c, d)
+            d[i, j] = corner[i, j]
+        d[i, k], d[k, i], given[i] = column[n + i], row[n + i], right[n + i]
+    for m in range(n):
+        d[k, k] += row[m] * rate[m]
+        for i in range(k):
+            d[i, k] += rows[i, m] * rate[m]
+    answers, left = np.empty((k + 1, n)), d.copy()
+    for j in range(k + 1):
+        answer = substitute(factors, width, reach, b[j])
+        for m in range(n):
+            answers[j, m] = answer[m]
+            for i in range(k + 1):
+                left[i, j] -= c[i, m] * answer[m]
     x, rest, more = np.zeros(n + k + 1), np.empty(n), np.empty(k + 1)
     for _ in range(2):
-        inner = product(flat, width, x[:n].copy())
+        inner = product(fixed, width, x[:n].copy())
         for m in range(n):
             rest[m] = right[m] - inner[m]
             for i in range(k + 1):
@@ -241,11 +245,11 @@ def solve_bordered(flat, factors, width, reach, columns, rows, corner, column, r
             for m in range(n):
                 more[i] -= c[i, m] * step[m]
         if not eliminate(left.copy(), more):
-            return x, False
+            return x, 1
         for i in range(k + 1):
             x[n + i] += more[i]
             for m in range(n):
                 step[m] -= answers[i, m] * more[i]
         for m in range(n):
             x[m] += step[m]
-    return x, True
+    return x, 2

@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf, sqrt
 from typing import Any
 
@@ -97,7 +98,7 @@ def limit_point(
             # Far from equilibrium the plane normal to the branch is the nearest; near it a fixed one.
             along = towards if at.unbalanced <= NEAR_BALANCE else at.tangent(problem.metric, along)
             row = problem.metric * along.q
-            bordered = at.bordered(row, along.lam)
+            bordered = partial(at.bordered, row, along.lam)
             tangent = Tangent(*bordered(np.zeros(problem.size), 1.0))
             slopes.append(tangent.lam)
             dq, dlam = bordered(at.imbalance, -float(row @ at.gap))

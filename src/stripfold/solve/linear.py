@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 Solve = Callable[[Array], Array]
+NONE = np.empty(0, np.int64)
+"""No unknowns."""
 
 
 class Matrix(Protocol):
@@ -288,7 +290,14 @@ def _negatives(matrix: csc_matrix) -> int:
 
 
 def solve_bordered(
-    matrix: Matrix, column: Array, row: Array, corner: float, rhs: Array, last: float
+    matrix: Matrix,
+    column: Array,
+    row: Array,
+    corner: float,
+    rhs: Array,
+    last: float,
+    held: Index | None = None,
+    rate: Array | None = None,
 ) -> tuple[Array, float]:
     """Solve ``[[K, b], [c^T, d]] [x, y] = [f, g]`` by a factorisation of K, also where K is nearly singular.
 
@@ -296,18 +305,23 @@ def solve_bordered(
     near-null vector are lost (Govaerts and Pryce, 1993).
 
     ``matrix``: K; ``column``, ``row``: ``b`` and ``c``, shape (n,); ``corner``, ``rhs``, ``last``: ``d``, ``f`` of
-    shape (n,), and ``g``.
+    shape (n,), zero on held unknowns, and ``g``.  ``held``: unknowns that only move with y, at their ``rate``, shape
+    (n,), zero elsewhere.
 
     Returns ``x``, ``y``: shape (n,), and a number.  Raises SolveError: the whole is singular.
     """
-    if isinstance(matrix, Band | Bordered) and (factors := matrix.block.factors):
-        system = (*matrix.border, column, row, corner, rhs, last)
-        found, regular = kernels.band.solve_bordered(
-            matrix.block.flat, factors[0], matrix.block.width, factors[1], *system
-        )
-        if not regular:
+    held, rate = NONE if held is None else held, np.zeros(len(rhs)) if rate is None else rate
+    if isinstance(matrix, Band | Bordered):
+        block, right = matrix.block, (rate, column, row, corner, rhs, last)
+        found, done = kernels.band.solve_bordered(block.flat, block.width, held, *matrix.border, *right)
+        if done == 1:
             raise SolveError("the bordered matrix is singular")
-        return found[:-1], float(found[-1])
+        if done:
+            return found[:-1] + found[-1] * rate, float(found[-1])
+    column, corner = column + matrix @ rate, corner + float(row @ rate)
+    if len(held):
+        matrix, column, row = matrix.with_fixed(held), column.copy(), row.copy()
+        column[held] = row[held] = 0.0
     solve = matrix.factor()
     v = solve(column)
     pivot = corner - float(row @ v)
@@ -323,4 +337,4 @@ def solve_bordered(
 
     x, y = eliminate(rhs, last)
     dx, dy = eliminate(rhs - matrix @ x - y * column, last - float(row @ x) - corner * y)
-    return x + dx, y + dy
+    return x + dx + (y + dy) * rate, y + dy

@@ -7,7 +7,6 @@ other forces are below the tolerance; a small update alone never counts as conve
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
@@ -109,29 +108,22 @@ class Linearised:
         """Change of the unknowns at this lambda."""
         # With an equation of its own for lambda, so that it is refined: near a fold the tangent is nearly singular.
         none = np.zeros(len(self.gap))
-        return solve_bordered(self.kept, none, none, 1.0, self.imbalance, 0.0)[0] + self.gap
+        return solve_bordered(self.matrix, none, none, 1.0, self.imbalance, 0.0, self.held)[0] + self.gap
 
     def tangent(self, metric: Array, towards: Tangent) -> Tangent:
         """Unit tangent of the branch in the direction of ``towards``."""
         # Bordered with the direction of travel, the system stays regular at a limit point.
-        q, lam = self.bordered(metric * towards.q, towards.lam)(np.zeros(len(metric)), 1.0)
+        q, lam = self.bordered(metric * towards.q, towards.lam, np.zeros(len(metric)), 1.0)
         length = sqrt(inner(metric, Tangent(q, lam), Tangent(q, lam)))
         return Tangent(q / length, lam / length)
 
-    def bordered(self, row: Array, corner: float) -> Callable[[Array, float], tuple[Array, float]]:
-        """A solver of the system with lambda as an unknown and ``row . dq + corner dlam`` as an equation.
+    def bordered(self, row: Array, corner: float, forces: Array, value: float) -> tuple[Array, float]:
+        """Solve with lambda as an unknown, too, and ``row . dq + corner dlam = value``, for dq and dlam.
 
-        It takes forces, zero on held unknowns, and the value of the equation, and returns dq and dlam.
+        ``forces`` are zero on held unknowns.
         """
-        column = self.free(self.load_rate + self.matrix @ self.rate)
-        corner = corner + float(row @ self.rate)
-        row = self.free(row)
-
-        def solved(forces: Array, value: float) -> tuple[Array, float]:
-            dq, dlam = solve_bordered(self.kept, column, row, corner, forces, value)
-            return dq + self.rate * dlam, dlam
-
-        return solved
+        border = self.load_rate, row, corner
+        return solve_bordered(self.matrix, *border, forces, value, self.held, self.rate)
 
 
 def solve(
@@ -189,7 +181,7 @@ def solve(
                 dq, dlam = at.corrected(), 0.0
             else:
                 last = -constraint.defect(q, lam) - float(constraint.row @ at.gap)
-                dq, dlam = at.bordered(constraint.row, constraint.corner)(at.imbalance, last)
+                dq, dlam = at.bordered(constraint.row, constraint.corner, at.imbalance, last)
                 dq = dq + at.gap
         except SolveError as error:
             raise failed(str(error)) from error
