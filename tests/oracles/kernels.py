@@ -37,10 +37,12 @@ class RodReference:
 
     def __init__(self, model: Rod) -> None:
         self.model = model
+        # From the unknowns to those of an element of length one: displacements, then slopes, of either end.
+        self.scale = np.where([True, True, False, False] * 2, 1.0 / np.diff(model.s)[:, None], 1.0)
 
     def strains(self, q: Array) -> tuple[Array, Array]:
         """The strains, shape (n_elements, 9), and their derivatives by the scaled unknowns, (n_elements, 9, 8)."""
-        local = q[self.model.element_unknowns] * self.model.scale
+        local = q[self.model.element_unknowns] * self.scale
         rate = LINEAR + np.einsum("pab,eb->epa", QUADRATIC, local)
         return 0.5 * np.einsum("epa,ea->ep", LINEAR + rate, local), rate
 
@@ -53,7 +55,7 @@ class RodReference:
 
     def predict_stress(self, q: Array, dq: Array) -> Array:
         strain, rate = self.strains(q)
-        change = np.einsum("epa,ea->ep", rate, dq[self.model.element_unknowns] * self.model.scale)
+        change = np.einsum("epa,ea->ep", rate, dq[self.model.element_unknowns] * self.scale)
         return self.model.stiffness * (strain + change)
 
     def force_of(self, q: Array, stress: Array) -> Array:
@@ -76,12 +78,12 @@ class RodReference:
         return force, self._band(middle, share * self.model.stiffness, rate_1, geometric)
 
     def _scatter(self, stress: Array, rate: Array) -> Array:
-        local = np.einsum("ep,epa->ea", stress, rate) * self.model.scale
+        local = np.einsum("ep,epa->ea", stress, rate) * self.scale
         return np.bincount(self.model.element_unknowns.ravel(), local.ravel(), minlength=self.model.size)
 
     def _band(self, left: Array, stiffness: Array, right: Array, stress: Array) -> Band:
         matrices = np.einsum("epa,ep,epb->eab", left, stiffness, right) + np.einsum("ep,pab->eab", stress, QUADRATIC)
-        scale = self.model.scale
+        scale = self.scale
         return self.model.pattern.assemble(scale[:, :, None] * matrices * scale[:, None, :])
 
 

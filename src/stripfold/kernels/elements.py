@@ -28,10 +28,11 @@ class Elements(NamedTuple):
         Rod: shape (1, 1, 7, 4), first derivatives of the cubics at the points of the membrane strain (3) and of the
         curvature (2), second derivatives at the latter (2), on an element of length one.
         Solid: shape (n_elements, POINTS, 2, NODES), gradients of the unknowns' shape functions.
-    scale
-        Rod: shape (n_elements, 8), factor from the unknowns to those of an element of length one.
+    size
+        Rod: shape (n_elements,), lengths.
     stiffness
-        Rod: shape (n_elements, 9), of each strain.  Solid: shape (n_elements, n_quadrature), quadrature weights.
+        Rod: shape (2, 9), of each strain times its weight, per length of an element and times it.
+        Solid: shape (n_elements, n_quadrature), quadrature weights.
     viscous
         Rod: shape (9,), weight of each strain in viscosity over its weight in energy.
     lam, mu
@@ -44,7 +45,7 @@ class Elements(NamedTuple):
     is_rod: bool
     unknowns: Index
     shape: Array
-    scale: Array
+    size: Array
     stiffness: Array
     viscous: Array
     lam: float
@@ -57,7 +58,7 @@ elements_type = numba.types.NamedTuple(
         numba.boolean,
         numba.int64[:, ::1],
         numba.float64[:, :, :, ::1],
-        matrix,
+        vector,
         matrix,
         vector,
         numba.float64,

@@ -10,14 +10,20 @@ from stripfold.kernels.compiler import compiled
 @compiled()
 def slopes(el, e, q, d):
     """Derivatives of the displacement, x and z, at the points of an element: ``d``, shape (7, 2)."""
-    shape, unknowns, scale = el.shape[0, 0], el.unknowns[e], el.scale[e]
+    shape, first, scale = el.shape[0, 0], el.unknowns[e, 0], 1.0 / el.size[e]
     for p in range(7):
         x = z = 0.0
-        for a in range(4):
-            x += shape[p, a] * (q[unknowns[2 * a]] * scale[2 * a])
-            z += shape[p, a] * (q[unknowns[2 * a + 1]] * scale[2 * a + 1])
+        for a in range(0, 4, 2):
+            x += shape[p, a] * (q[first + 2 * a] * scale) + shape[p, a + 1] * q[first + 2 * a + 2]
+            z += shape[p, a] * (q[first + 2 * a + 1] * scale) + shape[p, a + 1] * q[first + 2 * a + 3]
         d[p, 0] = x
         d[p, 1] = z
+
+
+@compiled()
+def stiffness(el, e, p):
+    """Stiffness of a strain times its weight in the integral over the element."""
+    return el.size[e] * el.stiffness[0, p] + el.stiffness[1, p] / el.size[e]
 
 
 @compiled()
@@ -37,16 +43,18 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, c
     local, left, right, grown = np.empty(8), np.empty(8), np.empty(8), np.empty(8)
     k = np.empty((8, 8))
     elastic, stress, geometric, modulus = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
+    scale = np.ones(8)
     with_tangent, with_predicted, with_growth = len(band) > 0, len(predicted) > 0, len(growth) > 0
     half = 1.0 if in_state else 0.5
     for e in range(len(el.unknowns)):
-        scale = el.scale[e]
+        for a in (0, 1, 4, 5):
+            scale[a] = 1.0 / el.size[e]
         slopes(el, e, q0, d0)
         slopes(el, e, q1, d1)
         strain_of(d0, e0)
         strain_of(d1, e1)
         for p in range(9):
-            d = el.stiffness[e, p]
+            d = stiffness(el, e, p)
             share = 1.0 if in_state else 0.5 + kappa * el.viscous[p]
             elastic[p] = d * ((1.0 - share) * e0[p] + share * e1[p])
             stress[p] = elastic[p] + el.rest[p]
@@ -138,7 +146,7 @@ def predict(el, q, dq, growth):
             # The scaled displacements are proportional to 1 / length, and so is the curvature.
             for p in range(7):
                 for a in range(0, 4, 2):
-                    factor = grown * shape[p, a] * el.scale[e, 2 * a]
+                    factor = grown * shape[p, a] / el.size[e]
                     c[p, 0] -= factor * q[first + 2 * a]
                     c[p, 1] -= factor * q[first + 2 * a + 1]
             for p in range(3, 9):
@@ -151,7 +159,7 @@ def predict(el, q, dq, growth):
             out[e, p + 2] += c[p + 2, 0]
             out[e, p + 4] += c[p + 2, 1]
         for p in range(9):
-            out[e, p] *= el.stiffness[e, p]
+            out[e, p] *= stiffness(el, e, p)
             if p < 3:
                 out[e, p] *= 1.0 + grown
     return out
@@ -168,7 +176,7 @@ def distance(el, q0, q1, viscous):
         strain_of(d, e1)
         for p in range(9):
             weight = el.viscous[p] if viscous else 1.0
-            total += weight * el.stiffness[e, p] * (e1[p] - e0[p]) ** 2
+            total += weight * stiffness(el, e, p) * (e1[p] - e0[p]) ** 2
     return total
 
 

@@ -21,6 +21,7 @@ DRIFT, LYING_DRIFT = 1.25, 2.0
 """Ratio of the elements' lengths to those planned at which a mesh is planned anew, off the floor and on it."""
 
 
+ONE = np.ones(1)
 Topology = tuple[bool, ...]
 """Which parts of a strip lie, from the grasped end on: between two free ones the strip touches in a point."""
 LYING, POINT = (False, True), (False, False, True)
@@ -95,10 +96,10 @@ class ContactMesh:
         cls, length: float, topology: Topology, contact: Array, sizes: Sizes, make: Callable[[Array], Model]
     ) -> ContactMesh:
         """Plan elements for contact coordinates near ``contact``; ``make`` is the strip with given ends of elements."""
-        parts = _parts(contact, length)
+        parts = np.diff(np.concatenate([[0.0], contact, [length]]))
         last = len(parts) - 1
         shares = tuple(sizes.shares(float(part), topology[i], (i > 0, i < last)) for i, part in enumerate(parts))
-        return cls(length, topology, contact, sizes, make, shares, make(_ends(*_places(shares), contact, length)))
+        return cls(length, topology, contact, sizes, make, shares, make(parts @ _before(shares)))
 
     def replanned(self, contact: Array, topology: Topology | None = None) -> ContactMesh:
         """The same strip with elements planned for other contact coordinates."""
@@ -106,15 +107,15 @@ class ContactMesh:
 
     def at(self, contact: Array) -> Model:
         """The strip with this contact."""
-        return self.model.with_ends(_ends(*self._places, contact, self.length))
+        return self.model.with_ends(self.parts(contact) @ self._before)
 
     def parts(self, contact: Array) -> Array:
         """Lengths of the parts, L*."""
-        return _parts(contact, self.length)
+        return np.asarray(contact @ self._sides + self._last)
 
     def growth(self, contact: Array) -> Array:
         """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements)."""
-        return np.take(self.part_growth(contact), self._places[0], axis=1)
+        return np.take(self.part_growth(contact), self._part, axis=1)
 
     def part_growth(self, contact: Array) -> Array:
         """Derivatives of the logarithm of each part's length by the coordinates, (n_coordinates, n_parts)."""
@@ -125,29 +126,28 @@ class ContactMesh:
 
         Shapes (n,) and (n, n_coordinates).
         """
-        ratio, rates = self._ratio(contact), self._sides / self._planned_parts
-        linear, square = self._weights
-        columns = rates @ linear + (2.0 * rates * ratio) @ square
-        return ratio @ linear + ratio**2 @ square, columns.T
+        half = (np.concatenate([ONE, contact]) @ self._weights).reshape(len(contact) + 1, -1)
+        return half[0] + contact @ half[1:], 2.0 * half[1:].T
 
     def _ratio(self, contact: Array) -> Array:
         """Lengths of the parts over those planned."""
-        return self.parts(contact) / self._planned_parts
+        return self.parts(contact) / self.parts(self.planned)
 
     @cached_property
-    def _planned_parts(self) -> Array:
-        return self.parts(self.planned)
+    def _weights(self) -> Array:
+        """The weight as a quadratic form of one and the coordinates, shape (1 + n_coordinates, (1 + n_coordinates) n).
 
-    @cached_property
-    def _weights(self) -> tuple[Array, Array]:
-        """Planned weight of each part off the floor, shape (n_parts, n): what grows with the part, and with its square.
-
-        The latter are the moments on the rod's slopes: the derivative by the logarithm of the length is twice as large.
+        The weight of a part grows with its length, the moments on the rod's slopes with the square of it: their
+        derivative by the logarithm of the length is twice as large.
         """
         model, is_free = self.model, ~np.array(self.topology)[:, None]
-        parts = np.where(is_free & (self._places[0] == np.arange(len(self.shares))[:, None]), 1.0, 0.0)
+        parts = np.where(is_free & (self._part == np.arange(len(self.shares))[:, None]), 1.0, 0.0)
         weight, rate = (np.stack([get(part) for part in parts]) for get in (model.weighted, model.weighted_rate))
-        return 2.0 * weight - rate, rate - weight
+        ratio = np.vstack([self._last, self._sides]) / self.parts(self.planned)
+        one = np.eye(len(ratio), 1)
+        linear = np.einsum("ap,bq,pn->abn", ratio, one, 2.0 * weight - rate)
+        form = np.einsum("ap,bp,pn->abn", ratio, ratio, rate - weight) + 0.5 * (linear + linear.transpose(1, 0, 2))
+        return np.asarray(form.reshape(len(ratio), -1))
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
@@ -156,14 +156,24 @@ class ContactMesh:
         return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
 
     @cached_property
-    def _places(self) -> tuple[Index, Array]:
-        return _places(self.shares)
+    def _part(self) -> Index:
+        """The part of each element, shape (n_elements,)."""
+        return np.repeat(np.arange(len(self.shares)), [len(share) - 1 for share in self.shares])
+
+    @cached_property
+    def _before(self) -> Array:
+        return _before(self.shares)
 
     @cached_property
     def _sides(self) -> Array:
         """Derivatives of the parts' lengths by the contact coordinates, shape (n_coordinates, n_parts)."""
         count = len(self.planned)
         return np.eye(count, count + 1) - np.eye(count, count + 1, 1)
+
+    @cached_property
+    def _last(self) -> Array:
+        """Lengths of the parts where all contact coordinates are zero."""
+        return np.append(np.zeros(len(self.planned)), self.length)
 
     @cached_property
     def points(self) -> Mask:
@@ -182,19 +192,11 @@ class ContactMesh:
         return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology, strict=True)])
 
 
-def _parts(contact: Array, length: float) -> Array:
-    """Lengths of the parts."""
-    at = np.concatenate([[0.0], contact, [length]])
-    return np.asarray(at[1:] - at[:-1])
-
-
-def _places(shares: tuple[Array, ...]) -> tuple[Index, Array]:
-    """The part of each element, and its first end as a share of that part."""
-    part = np.repeat(np.arange(len(shares)), [len(share) - 1 for share in shares])
-    return part, np.concatenate([share[:-1] for share in shares])
-
-
-def _ends(part: Index, share: Array, contact: Array, length: float) -> Array:
-    """Ends of the elements, shape (n_elements + 1,)."""
-    starts, lengths = np.concatenate([[0.0], contact]), _parts(contact, length)
-    return np.append(starts[part] + lengths[part] * share, length)
+def _before(shares: tuple[Array, ...]) -> Array:
+    """Share of each part in front of each element's end, shape (n_parts, n_elements + 1)."""
+    counts = np.cumsum([0, *(len(share) - 1 for share in shares)])
+    before = np.zeros((len(shares), counts[-1] + 1))
+    for part, share in enumerate(shares):
+        before[part, counts[part] : counts[part + 1] + 1] = share
+        before[part, counts[part + 1] :] = 1.0
+    return before

@@ -126,9 +126,9 @@ class Model(ABC):
         """
 
     @property
+    @abstractmethod
     def stress_shape(self) -> tuple[int, ...]:
         """Shape of a predicted stress."""
-        return self.elements.stiffness.shape
 
     @cached_property
     def weight(self) -> Array:

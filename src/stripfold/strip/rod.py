@@ -99,6 +99,12 @@ def _numbering(elements: int) -> tuple[Index, BandPattern]:
     return unknowns, BandPattern.of(unknowns, 4 * (elements + 1))
 
 
+@lru_cache(maxsize=64)
+def _stiffness(thickness: float) -> Array:
+    """Of each strain, times its weight, per length and times the length of an element; shape (2, 9)."""
+    return np.stack([STRETCHING / thickness**2, BENDING_STIFFNESS])
+
+
 CRUSHED = -1.0 / 3.0
 """Membrane strain at which the force of the law, ``eps sqrt(1 + 2 eps)``, is largest in compression."""
 
@@ -134,18 +140,11 @@ class Rod(Model):
     def with_ends(self, ends: Array) -> Rod:
         return Rod(self.length, self.thickness, ends, self.element_unknowns, self.pattern, self.curl)
 
-    @cached_property
-    def scale(self) -> Array:
-        """Times this an element's own unknowns are displacements per length, and slopes; shape (n_elements, 8).
-
-        In these all elements are alike.
-        """
-        return np.asarray(IS_SLOPE + (1.0 - IS_SLOPE) / self._size)
-
-    @cached_property
+    @property
     def stiffness(self) -> Array:
         """Of each strain (see :meth:`strain`), times its weight in the integral over the strip; (n_elements, 9)."""
-        return np.asarray(self._size * (STRETCHING / self.thickness**2) + BENDING_STIFFNESS / self._size)
+        along, across = _stiffness(self.thickness)
+        return np.asarray(self._size * along + across / self._size)
 
     @cached_property
     def _size(self) -> Array:
@@ -195,10 +194,15 @@ class Rod(Model):
 
     @cached_property
     def elements(self) -> Elements:
-        rest = -self.curl * IN_CURL
+        stiffness, rest = _stiffness(self.thickness), -self.curl * IN_CURL
         return kernels.elements.Elements(
-            True, self.element_unknowns, SHAPE, self.scale, self.stiffness, VISCOUS, 0.0, 0.0, rest
+            True, self.element_unknowns, SHAPE, self._size[:, 0], stiffness, VISCOUS, 0.0, 0.0, rest
         )
+
+    @property
+    def stress_shape(self) -> tuple[int, ...]:
+        """A stress for each strain of each element."""
+        return (len(self.element_unknowns), 9)
 
     def strain(self, q: Array) -> Array:
         """eps at three points, kappa at two, and r'' at two, its x before its z; shape (n_elements, 9).

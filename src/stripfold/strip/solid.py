@@ -200,7 +200,7 @@ class Solid(Model):
         # Straightened, a curled section has a stress that grows with the height over its middle.
         rest = 12.0 * self.curl / self.thickness**2 * HEIGHT
         return kernels.elements.Elements(
-            False, self.element_unknowns, shape, none[:, None], lengths[:, None] * weights, none, *self.lame, rest
+            False, self.element_unknowns, shape, none, lengths[:, None] * weights, none, *self.lame, rest
         )
 
     @property
