@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -21,7 +22,7 @@ from stripfold.film import (
     tracking,
 )
 from stripfold.film.camera import Mapping
-from stripfold.film.line import Centreline, find
+from stripfold.film.line import Centreline, edges_at, find, normals
 from stripfold.film.video import Frame
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
@@ -110,6 +111,20 @@ def test_hidden_part_is_uncertain() -> None:
     off = drawn.errors(found.points, CURVES["arc"])
     assert np.abs(off[~covered]).max() < 0.5
     assert np.abs(off / found.sd).max() < 5.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("depth", [0.3, 0.5])
+def test_a_shadow_beside_a_dark_strip_is_none_of_it(depth: float, side: float) -> None:
+    curve, width = CURVES["arc"], 12.0
+    table = 150.0 - depth * 120.0 * drawn.coverage(curve + np.array([0.0, 8.0 * side]), width, SIZE)
+    image = cv2.GaussianBlur(table + (30.0 - table) * SHARES["arc", width], (0, 0), 1.0)
+    image = np.rint(image + np.random.default_rng(1).normal(0.0, 3.0, image.shape)).astype(np.uint8)
+    inner = curve[340:540:10]  # there all of the shadow is seen
+    edges = edges_at(image, inner, normals(inner), width, bright=False)
+    assert edges.found.all()
+    assert np.abs(edges.offset).max() < 0.5
+    assert np.median(edges.width) == pytest.approx(width, abs=0.3)
 
 
 def test_no_strip_is_an_error() -> None:

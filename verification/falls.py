@@ -22,7 +22,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.draw.colours import GREEN, GREY, PINK
 from stripfold.draw.style import figure, legend_above, styled
-from stripfold.follow.fall import TIME_OPTIONS, Fall, ReleaseState, simulate_fall, state_at_rest, to_critical_point
+from stripfold.follow.fall import Fall, ReleaseState, simulate_fall, state_at_rest, to_critical_point
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import Track
 from stripfold.solve.dynamics import TimeState
@@ -139,7 +139,7 @@ def critical_state(length: float, thickness: float, model: Any, height: float, r
 
 def fallen(release: ReleaseState, fall: Fall, tolerance: float, scheme: str = USED) -> Track:
     """A fall; raises SolveError where nothing touches."""
-    motion = simulate_fall(release, fall, replace(TIME_OPTIONS, tolerance=tolerance), scheme=SCHEMES[scheme])
+    motion = simulate_fall(release, replace(fall, tolerance=tolerance), scheme=SCHEMES[scheme])
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching")
     return motion

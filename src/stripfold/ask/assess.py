@@ -392,11 +392,12 @@ def assess(
     yield_curvature: float | None = None,
     refinement: float = 1.0,
     compare: bool = True,
+    tolerance: float | None = None,
 ) -> PathAssessment:
     """Assess a path: with friction in steps, without along the branch; with friction between the layers in time, too.
 
     ``yield_curvature``: kappa_y of the hysteresis, 1/m, or the usual one.  ``refinement``: factor on element lengths.
-    ``compare``: whether to follow the path on another mesh, too.
+    ``compare``: whether to follow the path on another mesh, too.  ``tolerance``: that of a fall, L*, or the usual one.
 
     Raises InvalidInputError: bad input; SolveError: statics that could not be computed.  A fall or a motion that could
     not be is said in ``failure``.
@@ -410,6 +411,8 @@ def assess(
     strip = StripModel(asked.length_star, thickness, material.nu, kind=asked.model, curl=curl)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     fall = in_solver_units(Release(), material) if asked.fall else None
+    if fall is not None and tolerance is not None:
+        fall = replace(fall, tolerance=tolerance)
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
     if asked.step is not None:
         if asked.step > unit * curve.length:

@@ -27,6 +27,9 @@ CONVERGED = 1.0
 """Largest offset, pixels, after which a line is not measured again."""
 LEARNING_RATE = 0.2
 """Rate, per frame, at which width and contrast follow what was measured."""
+WIDE, FALL, BESIDE = 8.0, 0.3, 5
+"""Width, pixels, from which a band's shadow is told from it; share of a band's contrast by which the grey value falls
+at its edge, and distance from there, pixels, up to which is seen what lies beside it."""
 UNIT = 1 << 24
 """Steps of a pixel in which a place in a picture is counted."""
 THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
@@ -179,6 +182,23 @@ def fall(row, middle, step, level, far):
     return at - 1 + min(max((before - level) / drop, 0.0), 1.0), max(drop, 1.0), found
 
 
+@compiled()
+def beside(row, middle, step, far, top, least):
+    """Measure the grey value next to a band on one side of its middle: a shadow's, where one lies there.
+
+    ``top``: that of the band; ``least``: the lowest one within ``far``, which is the table's where there is a shadow.
+    """
+    level = top - FALL * (top - least)
+    for k in range(1, far - BESIDE):
+        if box(row, middle + step * k, 1, 1) <= level:
+            value = np.inf
+            for t in range(k + 2, k + BESIDE + 1):
+                value = min(value, box(row, middle + step * t, 1, 1))
+            if value <= level:
+                return value
+    return least
+
+
 @compiled(matrix(picture, curve_type, curve_type, vector, numba.boolean, vector))
 def bands(image, points, across, width, bright, side):
     """Measure the sub-pixel edges of a band of about this ``width`` in the middle of each section: rows of ``Edges``.
@@ -199,6 +219,8 @@ def bands(image, points, across, width, bright, side):
         for t in range(min(int(np.rint(0.5 * width[i])) + 1, far - 1) + 1, far + 1):
             left = min(left, box(row, middle - t, 1, 1))
             right = min(right, box(row, middle + t, 1, 1))
+        if width[i] > WIDE:
+            left, right = beside(row, middle, -1, far, top, left), beside(row, middle, 1, far, top, right)
         below, slope_below, found_below = fall(row, middle, -1, 0.5 * (top + left), far)
         above, slope_above, found_above = fall(row, middle, 1, 0.5 * (top + right), far)
         out[0, i] = 0.5 * (above - below)

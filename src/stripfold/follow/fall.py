@@ -61,13 +61,15 @@ class Fall:
     ``disturbance``: largest initial speed of the mid-surface, along the critical eigenvector; positive in the direction
     of the branch.  A velocity, because a displacement would stretch a thin strip by its square.  ``speed``: speed of
     the gripper; with 0 it is held just past lambda_c.  ``damping``: physical damping.  ``to_rest``: whether to continue
-    from the first touch to rest.
+    from the first touch to rest.  ``tolerance``: error per step up to the first touch, L*: see
+    :data:`TIME_OPTIONS`.
     """
 
     disturbance: float = 1e-3
     speed: float = 0.0
     damping: Damping = field(default_factory=Damping)
     to_rest: bool = True
+    tolerance: float = TIME_OPTIONS.tolerance
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +155,6 @@ def to_rest(
 def simulate_fall(
     release: ReleaseState,
     fall: Fall,
-    options: TimeOptions = TIME_OPTIONS,
     progress: Progress | None = None,
     scheme: Scheme | None = None,
 ) -> Track:
@@ -163,7 +164,7 @@ def simulate_fall(
 
     Raises TimeStepError: as :func:`to_rest`.
     """
-    say = progress or (lambda _: None)
+    say, options = progress or (lambda _: None), replace(TIME_OPTIONS, tolerance=fall.tolerance)
     problem, model = release.problem, release.problem.model
     first, drive = initial_state(release, fall)
     touching = TimeEvent(lambda state: lies_apart(model, state), TOUCH_TOLERANCE)
