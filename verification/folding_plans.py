@@ -285,7 +285,7 @@ NUMBERS = {
             "median by which that bound lies below the best of the paper's three paths; by more "
             "than the gripper's accuracy above it: {worse}", lambda f: f.worse == 0, spread=1.0),
         Number("plan_seconds", "seconds", "s", "<= 3 s, the longest <= 10 s",
-            "median time of a plan with its table, {d.sizes[timed]} of them in one warm process with nothing beside it; "
+            "median time of a plan with its table, {d.sizes[timed]} in one warm process with nothing beside it; "
             "the longest {longest:.2g} s",
             lambda f: f.seconds <= 3.0 and f.longest <= 10.0),
     ),
