@@ -33,7 +33,7 @@ from stripfold.paths.rpath import half_fold
 
 STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
-TOLERANCE = 1e-4
+FALL_TOLERANCE = 1e-4
 """Error of a fall per step up to its touch, L*, where that is then within 2e-3 L*, and its speed within 5 %."""
 DELAY = 8.0
 """Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
@@ -278,7 +278,7 @@ class _Follower:
             given["table_friction"] = asked.table_friction
         inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=fall and moment is None)
         if moment is None:
-            return assess(inputs, self.candidate.path, compare=False, tolerance=TOLERANCE)
+            return assess(inputs, self.candidate.path, compare=False, tolerance=FALL_TOLERANCE)
 
         def in_steps(step: float | None) -> PathAssessment:
             rubbed = inputs.model_copy(update={"friction_moment": moment, "step": step})

@@ -27,7 +27,7 @@ CONVERGED = 1.0
 """Largest offset, pixels, after which a line is not measured again."""
 LEARNING_RATE = 0.2
 """Rate, per frame, at which width and contrast follow what was measured."""
-WIDE, FALL, BESIDE = 8.0, 0.3, 5
+WIDE, CLEAR_FALL, BESIDE = 8.0, 0.3, 5
 """Width, pixels, from which a band's shadow is told from it; share of a band's contrast by which the grey value falls
 at its edge, and distance from there, pixels, up to which is seen what lies beside it."""
 UNIT = 1 << 24
@@ -188,7 +188,7 @@ def beside(row, middle, step, far, top, least):
 
     ``top``: that of the band; ``least``: the lowest one within ``far``, which is the table's where there is a shadow.
     """
-    level = top - FALL * (top - least)
+    level = top - CLEAR_FALL * (top - least)
     for k in range(1, far - BESIDE):
         if box(row, middle + step * k, 1, 1) <= level:
             value = np.inf

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 Solve = Callable[[Array], Array]
-NONE = np.empty(0, np.int64)
-"""No unknowns."""
+NO_UNKNOWNS = np.empty(0, np.int64)
 
 
 class Matrix(Protocol):
@@ -310,7 +309,7 @@ def solve_bordered(
 
     Returns ``x``, ``y``: shape (n,), and a number.  Raises SolveError: the whole is singular.
     """
-    held, rate = NONE if held is None else held, np.zeros(len(rhs)) if rate is None else rate
+    held, rate = NO_UNKNOWNS if held is None else held, np.zeros(len(rhs)) if rate is None else rate
     if isinstance(matrix, Band | Bordered):
         block, right = matrix.block, (rate, column, row, corner, rhs, last)
         found, done = kernels.band.solve_bordered(block.flat, block.width, held, *matrix.border, *right)
