@@ -169,6 +169,26 @@ class TestBordered:
         np.testing.assert_allclose(np.append(x, y), exact, atol=1e-9 * np.abs(exact).max())
         np.testing.assert_array_equal(matrix.to_sparse().toarray(), inner)
 
+    @pytest.mark.parametrize("pivots", [False, True])
+    def test_unknowns_that_only_move_with_the_last(self, pivots):
+        """A gripper's: they are no unknowns of the system, and their rates are in its last column."""
+        band, dense = assembled(9, 0.1)
+        held, free = np.array([0, 1, 9]), np.setdiff1d(np.arange(SIZE + 2), [0, 1, 9])
+        if pivots:
+            band.diagonal()[free[:-2]] = 0.0
+            np.fill_diagonal(dense, band.diagonal())
+        rng = np.random.default_rng(3)
+        columns, rows, corner = rng.standard_normal((SIZE, 2)), rng.standard_normal((2, SIZE)), np.eye(2)
+        matrix, inner = Bordered(band, columns, rows, corner), np.block([[dense, columns], [rows, corner]])
+        column, row, rhs, rate = rng.standard_normal((4, SIZE + 2))
+        rhs[held] = rate[free] = 0.0
+        last = (column + inner @ rate)[free, None]
+        whole = np.block([[inner[np.ix_(free, free)], last], [row[free], np.array(2.0 + row @ rate)]])
+        exact = np.linalg.solve(whole, np.append(rhs[free], 0.5))
+        x, y = solve_bordered(matrix, column, row, 2.0, rhs, 0.5, held, rate)
+        np.testing.assert_allclose(np.append(x[free], y), exact, atol=1e-10 * np.abs(exact).max())
+        np.testing.assert_allclose(x[held], y * rate[held])
+
 
 class TestEigenvalues:
     """Truth: scipy's dense solver on the free unknowns."""
