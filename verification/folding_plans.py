@@ -146,10 +146,10 @@ def numbered(number: int, seed: int, followed: int, engine: int = 0, cloth: bool
 
 
 def _seconds(number: int, seed: int) -> float:
-    """Time of a plan with its table."""
+    """Time of a plan with its table; nan where there is none."""
     asked, began = case(number, seed).model_copy(update={"speed": None}), perf_counter()
-    attempted(lambda: choose(asked))
-    return perf_counter() - began
+    found, _ = attempted(lambda: choose(asked))
+    return np.nan if found is None else perf_counter() - began
 
 
 class Truth(NamedTuple):

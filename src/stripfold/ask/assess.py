@@ -29,7 +29,7 @@ from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.files.tables import read_table
 from stripfold.follow.contact_branch import STEPS, BranchPoint
-from stripfold.follow.fall import Fall, assess_strip, size_of_fall
+from stripfold.follow.fall import TIME_OPTIONS, Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, effects_of, load_path
 from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, branch, remeshed
@@ -392,12 +392,12 @@ def assess(
     yield_curvature: float | None = None,
     refinement: float = 1.0,
     compare: bool = True,
-    tolerance: float | None = None,
+    tolerance: float = TIME_OPTIONS.tolerance,
 ) -> PathAssessment:
     """Assess a path: with friction in steps, without along the branch; with friction between the layers in time, too.
 
     ``yield_curvature``: kappa_y of the hysteresis, 1/m, or the usual one.  ``refinement``: factor on element lengths.
-    ``compare``: whether to follow the path on another mesh, too.  ``tolerance``: that of a fall, L*, or the usual one.
+    ``compare``: whether to follow the path on another mesh, too.  ``tolerance``: error of a fall per step, L*.
 
     Raises InvalidInputError: bad input; SolveError: statics that could not be computed.  A fall or a motion that could
     not be is said in ``failure``.
@@ -410,9 +410,7 @@ def assess(
     thickness, curl = material.relative_thickness, asked.curl_star
     strip = StripModel(asked.length_star, thickness, material.nu, kind=asked.model, curl=curl)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
-    fall = in_solver_units(Release(), material) if asked.fall else None
-    if fall is not None and tolerance is not None:
-        fall = replace(fall, tolerance=tolerance)
+    fall = replace(in_solver_units(Release(), material), tolerance=tolerance) if asked.fall else None
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
     if asked.step is not None:
         if asked.step > unit * curve.length:

@@ -161,18 +161,12 @@ def sampled(image, points, across, reach, bright):
 
 
 @compiled()
-def box(row, k, low, high):
-    """Average a row from ``k - low`` to ``k + high``; outside, the values at the ends are repeated."""
+def box(row, k, reach):
+    """Average a row from ``k - reach`` to ``k + reach``, all of which it has."""
     total = 0.0
-    for i in range(k - low, k + high + 1):
-        total += row[min(max(i, 0), len(row) - 1)]
-    return total / (low + high + 1)
-
-
-@compiled()
-def three(row, k):
-    """Average three values of a row."""
-    return (row[k - 1] + row[k] + row[k + 1]) / 3.0
+    for i in range(k - reach, k + reach + 1):
+        total += row[i]
+    return total / (2 * reach + 1)
 
 
 @compiled()
@@ -196,10 +190,10 @@ def beside(row, middle, step, far, top, least):
     """
     level = top - CLEAR_FALL * (top - least)
     for k in range(1, far - BESIDE):
-        if three(row, middle + step * k) <= level:
+        if box(row, middle + step * k, 1) <= level:
             value = np.inf
             for t in range(k + 2, k + BESIDE + 1):
-                value = min(value, three(row, middle + step * t))
+                value = min(value, box(row, middle + step * t, 1))
             if value <= level:
                 return value
     return least
@@ -220,11 +214,11 @@ def bands(image, points, across, width, bright, side):
     middle = profiles.shape[1] // 2
     for i in range(n):
         row, far, core = profiles[i], far_of[i], int(0.3 * width[i])
-        top = box(row, middle, core, core)
+        top = box(row, middle, core)
         left = right = np.inf
         for t in range(min(int(np.rint(0.5 * width[i])) + 1, far - 1) + 1, far + 1):
-            left = min(left, three(row, middle - t))
-            right = min(right, three(row, middle + t))
+            left = min(left, box(row, middle - t, 1))
+            right = min(right, box(row, middle + t, 1))
         if width[i] > WIDE:
             left, right = beside(row, middle, -1, far, top, left), beside(row, middle, 1, far, top, right)
         below, slope_below, found_below = fall(row, middle, -1, 0.5 * (top + left), far)

@@ -61,8 +61,7 @@ class Fall:
     ``disturbance``: largest initial speed of the mid-surface, along the critical eigenvector; positive in the direction
     of the branch.  A velocity, because a displacement would stretch a thin strip by its square.  ``speed``: speed of
     the gripper; with 0 it is held just past lambda_c.  ``damping``: physical damping.  ``to_rest``: whether to continue
-    from the first touch to rest.  ``tolerance``: error per step up to the first touch, L*: see
-    :data:`TIME_OPTIONS`.
+    from the first touch to rest.  ``tolerance``: error per step up to the first touch, L*.
     """
 
     disturbance: float = 1e-3

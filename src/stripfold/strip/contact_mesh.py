@@ -144,8 +144,7 @@ class ContactMesh:
         parts = np.where(is_free & (self._part == np.arange(len(self.shares))[:, None]), 1.0, 0.0)
         weight, rate = (np.stack([get(part) for part in parts]) for get in (model.weighted, model.weighted_rate))
         ratio = np.vstack([self._last, self._sides]) / self.parts(self.planned)
-        one = np.eye(len(ratio), 1)
-        linear = np.einsum("ap,bq,pn->abn", ratio, one, 2.0 * weight - rate)
+        linear = np.einsum("ap,b,pn->abn", ratio, np.eye(len(ratio))[0], 2.0 * weight - rate)
         form = np.einsum("ap,bp,pn->abn", ratio, ratio, rate - weight) + 0.5 * (linear + linear.transpose(1, 0, 2))
         return np.asarray(form.reshape(len(ratio), -1))
 
