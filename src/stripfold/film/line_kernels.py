@@ -170,6 +170,13 @@ def box(row, k, reach):
 
 
 @compiled()
+def three(row, k):
+    """Average three values of a row."""
+    # Written out: as a loop of :func:`box` it takes a tenth of the time of following a strip.
+    return (row[k - 1] + row[k] + row[k + 1]) / 3.0
+
+
+@compiled()
 def fall(row, middle, step, level, far):
     """Find where a row first falls below a level on one side of its middle, how steeply, and whether within ``far``."""
     at, found = 1, False
@@ -190,10 +197,10 @@ def beside(row, middle, step, far, top, least):
     """
     level = top - CLEAR_FALL * (top - least)
     for k in range(1, far - BESIDE):
-        if box(row, middle + step * k, 1) <= level:
+        if three(row, middle + step * k) <= level:
             value = np.inf
             for t in range(k + 2, k + BESIDE + 1):
-                value = min(value, box(row, middle + step * t, 1))
+                value = min(value, three(row, middle + step * t))
             if value <= level:
                 return value
     return least
@@ -217,8 +224,8 @@ def bands(image, points, across, width, bright, side):
         top = box(row, middle, core)
         left = right = np.inf
         for t in range(min(int(np.rint(0.5 * width[i])) + 1, far - 1) + 1, far + 1):
-            left = min(left, box(row, middle - t, 1))
-            right = min(right, box(row, middle + t, 1))
+            left = min(left, three(row, middle - t))
+            right = min(right, three(row, middle + t))
         if width[i] > WIDE:
             left, right = beside(row, middle, -1, far, top, left), beside(row, middle, 1, far, top, right)
         below, slope_below, found_below = fall(row, middle, -1, 0.5 * (top + left), far)
