@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +44,15 @@ def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: fl
 
 
 class TestEquations:
+    def test_a_copy_is_made_of_what_the_problem_was(self):
+        """What has been computed is no part of it: a process is sent the states of a path, some hundreds."""
+        at = near_end("rod", 0.02).last
+        used, fresh = at.problem, replace(at.problem)
+        used.linearise(at.point.q, at.point.lam)
+        again = pickle.loads(pickle.dumps(used))
+        assert len(pickle.dumps(used)) == len(pickle.dumps(fresh))
+        assert np.array_equal(again.mesh.model.mass.flat, used.mesh.model.mass.flat)
+
     @pytest.mark.parametrize("kind", MODELS)
     @pytest.mark.parametrize("topology", CONTACT)
     def test_derivatives(self, kind: str, topology: Topology):

@@ -120,6 +120,14 @@ class TestOutcomes:
         unit = star(ETA_B)
         assert low.layer_slide == pytest.approx(unit * layer_slide(0.5 / unit, 1.0), abs=0.15 * unit)
 
+    def test_layers_slide_as_far_where_a_path_is_known(self, long: FoldingPlan) -> None:
+        """Of a snapped one from where it has landed: what is kept of its fall says where."""
+        for name in ("circular", "lifted triangle"):
+            found = by_name(long)[name]
+            again = outcome_of(asked(), found.candidate, asked().strips[::2], known=found)
+            assert again.layer_slide == found.layer_slide
+            assert any(len(motion) > 1 for of in found.verdicts for _, motion in of.falls)
+
     def test_goals_and_limits(self, long: FoldingPlan) -> None:
         quick, *_ = planner.ranked(asked(goal="quick"), list(long.outcomes))
         assert quick.duration == min(outcome.duration for outcome in long.outcomes)

@@ -1,5 +1,6 @@
 """``stripfold`` and ``python -m stripfold``: the command line."""
 
+import gc
 import signal
 import sys
 
@@ -12,6 +13,8 @@ def main() -> int:
     try:
         return cli.main()
     finally:
+        # Python would search all objects for cycles before it ends, for longer than a short command takes to print.
+        gc.freeze()
         # While Python ends it has no handlers: a signal would take the place of the exit code.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
 

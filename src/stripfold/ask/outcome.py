@@ -278,7 +278,11 @@ class _Follower:
             given["table_friction"] = asked.table_friction
         inputs = PathInputs(**strip.model_dump(), **given, model="rod", fall=fall and moment is None)
         if moment is None:
-            return assess(inputs, self.candidate.path, compare=False, tolerance=FALL_TOLERANCE)
+            found = assess(inputs, self.candidate.path, compare=False, tolerance=FALL_TOLERANCE)
+            # Of a fall a plan needs where the layer lands: all states of ten assessments take hundreds of megabytes.
+            landed = ((before, motion, first_landing(motion)) for before, motion in found.falls)
+            kept = ((before, (motion[0], motion[-1 if at is None else at])) for before, motion, at in landed)
+            return replace(found, falls=tuple(kept))
 
         def in_steps(step: float | None) -> PathAssessment:
             rubbed = inputs.model_copy(update={"friction_moment": moment, "step": step})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import fields
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,13 @@ class ByValue:
 
     def __hash__(self) -> int:
         return hash(_values(self))
+
+
+class ByFields:
+    """Copies of a frozen dataclass by what it was made of: what has been computed from that is the larger part."""
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
+        return type(self), tuple(getattr(self, item.name) for item in fields(self) if item.init)  # type: ignore[arg-type]
 
 
 def _values(of: Any) -> tuple[Hashable, ...]:

@@ -5,6 +5,7 @@ Those of multiprocessing would run the user's program again, and may not be star
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import subprocess
@@ -28,6 +29,8 @@ from stripfold.base.errors import InvalidInputError, StripfoldError
 Job = TypeVar("Job")
 Answer = TypeVar("Answer")
 logger = logging.getLogger("stripfold")
+SWITCH = 1e-4
+"""Time after which a thread that waits gets its turn, s: less than a step of the work."""
 
 
 def most(cores: int | None) -> int:
@@ -59,7 +62,9 @@ def in_order(
                 yield waiting.get_nowait()
 
     started: list[subprocess.Popen[bytes]] = []
-    more = max(min(processes, len(jobs)) - 1, 0)
+    more, usual = max(min(processes, len(jobs)) - 1, 0), sys.getswitchinterval()
+    # The thread takes an answer of megabytes in a hundred pieces, and would wait for this one before each.
+    sys.setswitchinterval(min(usual, SWITCH))
     with ThreadPoolExecutor(1) as thread:
         others = thread.submit(lambda: answers.update(elsewhere(work, left(), more, started)))
         try:
@@ -72,6 +77,8 @@ def in_order(
             for process in started:
                 process.kill()
             raise
+        finally:
+            sys.setswitchinterval(usual)
         others.result()
     return [answers[number] for number in range(len(jobs))]
 
@@ -110,7 +117,7 @@ def elsewhere(
                 )
             if started is not None:
                 started.append(workers[connection])
-            _send(connection, (function, logger.getEffectiveLevel()))
+            _send(connection, (function, logger.getEffectiveLevel(), gc.get_threshold()))
             _send(connection, job)
         at_work = len(workers)
         while at_work:
@@ -154,7 +161,7 @@ def _answer(connection: Connection, process: subprocess.Popen[bytes]) -> Any:
 def work(descriptor: int) -> None:
     """Do what :func:`elsewhere` asks for by a connection, until it closes that or ends."""
     connection, jobs = Connection(descriptor), SimpleQueue[Any]()
-    function, level = connection.recv()
+    function, level, threshold = connection.recv()
 
     def listen() -> None:
         with suppress(EOFError, ConnectionResetError):
@@ -163,6 +170,7 @@ def work(descriptor: int) -> None:
         os._exit(1)
 
     Thread(target=listen, daemon=True).start()
+    gc.set_threshold(*threshold)
     logger.setLevel(level)
     logger.addHandler(_Sender(connection))  # type: ignore[arg-type]
     while True:

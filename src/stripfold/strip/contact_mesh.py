@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stripfold.base.arrays import Array, Index, Mask
+from stripfold.base.arrays import Array, ByFields, Index, Mask
 from stripfold.strip.model import Model
 
 DRIFT, LYING_DRIFT = 1.25, 2.0
@@ -76,7 +76,7 @@ class Sizes:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactMesh:
+class ContactMesh(ByFields):
     """Meshes of a strip for all values of its contact coordinates; make it with :meth:`of`.
 
     ``topology``: which parts lie.  ``planned``: the contact coordinates for which the elements have the planned sizes.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from stripfold import kernels
-from stripfold.base.arrays import Array, Index
+from stripfold.base.arrays import Array, ByFields, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
 
@@ -24,7 +24,7 @@ NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
 """Predicted stresses and growths of elements where there are none."""
 
 
-class Model(ABC):
+class Model(ByFields, ABC):
     """A strip, straight and unstressed at ``q = 0``, held at one end and grasped at the other; no algorithm inside.
 
     Its strains are quadratic in the unknowns ``q``, shape (size,).  Models are frozen.  Integrals over the elements are

@@ -16,7 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from stripfold.base.arrays import Array, Index
+from stripfold.base.arrays import Array, ByFields, Index
 from stripfold.base.errors import NewtonError
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
@@ -36,7 +36,7 @@ KEPT_MESHES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class MovingContact:
+class MovingContact(ByFields):
     """A strip on the floor whose contact coordinates are the last unknowns, after those of its model.
 
     ``effects`` are on the mesh of ``remembered``, the contact coordinates when they were last updated.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import kernels
-from stripfold.base.arrays import Array, Index
+from stripfold.base.arrays import Array, ByFields, Index
 from stripfold.base.validation import Gripper
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.solve.linear import Band, Sparse
@@ -248,7 +248,7 @@ Motion = Lift | AlongX | AlongPath | TwoGrippers | Opened
 
 
 @dataclass(frozen=True)
-class StripProblem(FixedUnknowns):
+class StripProblem(ByFields, FixedUnknowns):
     """A strip on the floor, held at one end and moved at the other.
 
     ``table``: height of the floor under each node of the mid-surface, shape (n_nodes,), L*; None where it is flat.  A
