@@ -382,6 +382,18 @@ def test_a_wrong_offset_is_refused_where_there_is_no_log():
             eta_motion.measure(asked, mapping(), moved, event, event, True, (1e-3, 1e-3, 1e-4))
 
 
+def test_a_described_eta_b_is_contradicted_beyond_three_deviations_of_both():
+    """By hand: each interval's 95 % half width is 1.96 standard deviations of the logarithm."""
+    found = measured(seen(0.5 * WIDTH), friction_moment=0.0, rho_a=0.2)
+    assert isinstance(found, MotionEtaB)
+    own, given = np.log(found.high / found.low) / 3.92, 0.1
+    for deviations, said in ((2.7, False), (3.3, True), (-2.7, False), (-3.3, True)):
+        eta_b = found.eta_b * np.exp(deviations * np.hypot(own, given))
+        interval = eta_b * np.exp([-1.96 * given, 1.96 * given])
+        strip = described(eta_b=eta_b, eta_b_interval=interval.tolist()).entries.strip
+        assert bool(found.contradicts(strip)) is said
+
+
 def test_pulls_of_right_numbers_are_small():
     found = measured(seen(0.5 * WIDTH), 0.0, (1e-3, 1e-3))
     assert isinstance(found, MotionEtaB)

@@ -346,6 +346,12 @@ def test_contradiction_of_film_and_description_is_refused(snapping: Made, grippe
         evaluated(snapping, gripper=gripper)
 
 
+@pytest.mark.parametrize(("speed", "said"), [(0.0056, True), (0.0053, False), (0.0047, False), (0.0044, True)])
+def test_another_speed_is_noted(snapping: Made, speed: float, said: bool):
+    flags = [flag.text for flag in evaluated(snapping, gripper={"speed": speed}).flags]
+    assert any(f"described are {1e3 * speed:.2f}" in text for text in flags) is said
+
+
 def copied(made: Made, folder: Path) -> Path:
     """The recording in another folder, without a result."""
     return Path(shutil.copytree(made[0].folder, folder, ignore=shutil.ignore_patterns("result")))

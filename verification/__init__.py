@@ -27,7 +27,8 @@ CHAPTERS = {
         "layer_friction"
     ),
     "Recordings": (
-        "public_pictures altered_films phone_films eta_pictures photographs recordings_accuracy video_benchmark"
+        "public_pictures altered_films phone_films given_numbers eta_pictures photographs recordings_accuracy "
+        "video_benchmark"
     ),
     "Accuracy and speed": ("benchmark accuracy estimates hard_cases effects sweeps folding_plans peers"),
 }

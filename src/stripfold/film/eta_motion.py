@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from math import isfinite, nan
+from math import hypot, isfinite, log, nan
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -31,7 +31,7 @@ from stripfold.film import snap
 from stripfold.film.camera import Mapping
 from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, PULL_SD, USUAL_MISFIT
 from stripfold.film.fold import correlation_length
-from stripfold.film.recording import DEVIATIONS, NAME, Entries, GripperEntry, Recording, StripEntry
+from stripfold.film.recording import DEVIATIONS, NAME, SD_95, Entries, GripperEntry, Recording, StripEntry
 from stripfold.film.tracking import Tracks
 
 MARGIN = 0.3
@@ -130,8 +130,9 @@ class MotionEtaB:
 
     def contradicts(self, strip: StripEntry) -> str:
         """What to say of a described strip whose eta_b is another; empty where both agree."""
-        low, high = strip.eta_b_interval or (strip.eta_b, strip.eta_b)
-        if low <= self.high and self.low <= high:
+        given = strip.eta_b_interval or (strip.eta_b, strip.eta_b)
+        halves = (0.5 * log(high / low) for low, high in (given, (self.low, self.high)))
+        if abs(log(strip.eta_b / self.eta_b)) <= DEVIATIONS * SD_95 * hypot(*halves):
             return ""
         interval = f"{self.low:.4g} to {self.high:.4g} m^-4 s^2"
         return f"by the strip's motion eta_b is {interval}, described is {strip.eta_b:.4g}"

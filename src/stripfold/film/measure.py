@@ -48,7 +48,7 @@ MAX_NO_SNAP_RATIO = 1.3
 MIN_STATIONS = 5
 FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
-MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02
+MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.1, 0.02
 """Limits of the quality flags: drift of the gripper's height, m; speed and length off the description, as a share."""
 MAX_LOG_ERROR = 0.005
 """Difference of lambda by the log and by the video, m, from which on they do not belong together."""
