@@ -279,3 +279,18 @@ class TestDerivatives:
         print("slopes: force", slopes[:, 0], "energy", slopes[:, 1])
         assert slopes[-1] == pytest.approx([2.0, 3.0], abs=0.05)
         assert np.all(remainders[-1] < [1e-4, 1e-8])
+
+
+@pytest.mark.parametrize(
+    ("stretch", "shear", "crushed"), [(0.64, 0.0, False), (0.62, 0.0, True), (1.0, 0.88, False), (1.0, 0.96, True)]
+)
+def test_a_state_is_admissible_down_to_a_principal_strain(stretch: float, shear: float, crushed: bool):
+    """By hand: the least of a stretch is (s^2 - 1) / 2, that of a simple shear g/2 (g/2 - sqrt(1 + g^2 / 4))."""
+    reference = Reference.of(2.0, 0.1, elements=6)
+    x, z = reference.basis.doflocs
+    q = interpolant(reference, np.stack([(stretch - 1.0) * x + shear * z, 0.0 * z]))
+    by_hand = 0.5 * (stretch**2 - 1.0) if not shear else 0.5 * shear * (0.5 * shear - np.sqrt(1.0 + 0.25 * shear**2))
+    for model in (reference, Solid.of(2.0, 0.1, elements=6)):
+        said = model.admissibility(q)
+        assert ("crushed" in said) is crushed
+        assert not said or f"its strain is {by_hand:.3g}," in said

@@ -15,6 +15,7 @@ from made_up import assess_path
 from stripfold import elastica
 from stripfold.base.material import Material
 from stripfold.cli import main
+from stripfold.follow.fall import assess_strip
 from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import Ridge, follow_in_time, rucks
@@ -271,3 +272,17 @@ def test_a_change_of_contact_behind_which_cloth_is_lost_is_a_critical_point() ->
     found = strip.assess(path, model="rod", friction_moment=0.002520658377550087, step=step)
     assert not found.stable
     assert found.critical[0]["kind"] == "snap-through"
+
+
+def test_a_thick_strip_that_is_pushed_is_crushed_and_does_not_snap_by_its_elements() -> None:
+    """The law of the solid softens in compression: the finer the elements, the earlier it snapped."""
+    length, way = 12.0, pieces_through([("up", np.array([[-6.0, 0.0], [-3.0, 1.6], [4.0, 4.0]]))])
+    refused = []
+    for refinement in (1.0, 0.6):
+        solid = StripModel(length, 0.09, kind="solid")
+        with pytest.raises(sf.SolveError, match=r"is crushed: its strain is -0\.3") as caught:
+            assess_strip(solid, GripperPath("up", way), refinement=refinement)
+        refused.append(caught.value.parameter)
+    assert refused[0] == pytest.approx(refused[1], abs=1e-3)
+    assert "the rod" in str(caught.value)
+    assert assess_strip(StripModel(length, 0.09, kind="rod"), GripperPath("up", way)).stable

@@ -102,7 +102,7 @@ class NewtonError(SolveError):
 
 
 class CrushedError(NewtonError):
-    """Newton's method converged to an inadmissible state: turned inside out, or compressed beyond its law."""
+    """Newton's method converged to an inadmissible state: compressed beyond the law of its material."""
 
 
 class ContinuationError(SolveError):

@@ -130,7 +130,7 @@ def rest_energy(el, q):
 
 @compiled(numba.float64(elements_type, vector))
 def least(el, q):
-    """Smallest membrane strain of the rod, smallest change of volume of the solid."""
+    """Smallest membrane strain of the rod, smallest principal strain of the solid."""
     if el.is_rod:
         return rod.least(el, q)
     return solid.least(el, q)

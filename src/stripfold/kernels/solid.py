@@ -207,5 +207,6 @@ def least(el, q):
         gather(q, el.unknowns[e], x, z)
         for p in range(el.stiffness.shape[1]):
             xx, xz, zx, zz = gradient(el.shape[e, p], x, z)
-            smallest = min(smallest, (1.0 + xx) * (1.0 + zz) - xz * zx)
+            along, across, shear = strain_of(xx, xz, zx, zz)
+            smallest = min(smallest, 0.5 * (along + across) - np.hypot(0.5 * (along - across), shear))
     return smallest

@@ -17,7 +17,7 @@ from typing import overload
 import numpy as np
 
 from stripfold.base.arrays import Array, Index
-from stripfold.base.errors import ContinuationError, NewtonError, SolveError
+from stripfold.base.errors import ContinuationError, CrushedError, NewtonError, SolveError
 from stripfold.solve import newton
 from stripfold.solve.newton import Constraint, Linearised, NewtonOptions
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
@@ -164,7 +164,7 @@ def follow(
                 parameter=point.lam,
                 step=ds,
                 residuals=error.residuals,
-                advice="refine the mesh or allow smaller steps",
+                advice="" if isinstance(error, CrushedError) else "refine the mesh or allow smaller steps",
             ) from error
         iterations = len(new.state.residuals) - 1
         # Where a step had to be shortened, the next would have to be as well.

@@ -246,8 +246,9 @@ class Reference(Solid):
         """Elastic energy; nan for the printed law, which has none."""
         return float(energy.assemble(self.basis, **self._fields(q))) if self.law == "svk" else np.nan
 
-    def _least_volume(self, q: Array) -> float:
-        return float(det(deformation_gradient(self._fields(q)["u"])).min())
+    def _least_strain(self, q: Array) -> float:
+        (along, shear), (_, across) = green_lagrange(deformation_gradient(self._fields(q)["u"]))
+        return float((0.5 * (along + across) - np.hypot(0.5 * (along - across), shear)).min())
 
     def predict_stress(self, q: Array, dq: Array, growth: Array = NO_GROWTH) -> Array:
         """As :meth:`.Model.predict_stress`; shape (2, 2, n_elements, n_quadrature).  Not used with the printed law."""
