@@ -66,8 +66,8 @@ def run(
     """The first strips and paths of the sequences that ``seed`` starts.
 
     Over ``case``: ``verdict`` 0 right, 1 wrong branch, 2 error.  Over ``path``: ``outcome`` "stable", "critical",
-    "close" (to a touch), "refused", "crushed" or "undecided".  Over both: spurious limit points, nan where there is no second
-    run, and the message of an error.
+    "close" (to a touch), "refused", "crushed" or "undecided".  Over both: spurious limit points, nan where there is no
+    second run, and the message of an error.
     """
     strips = pooled(partial(strip_case, compared=compared, seed=seed, refinement=refinement), range(cases), threads)
     assessed = pooled(partial(path_case, seed=seed, refinement=refinement), range(paths), threads, progress)
