@@ -44,9 +44,10 @@ def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: fl
 
 
 class TestEquations:
-    def test_a_copy_is_made_of_what_the_problem_was(self):
+    @pytest.mark.parametrize("kind", MODELS)
+    def test_a_copy_is_made_of_what_the_problem_was(self, kind: str):
         """What has been computed is no part of it: a process is sent the states of a path, some hundreds."""
-        at = near_end("rod", 0.02).last
+        at = near_end(kind, 0.02).last
         used, fresh = at.problem, replace(at.problem)
         used.linearise(at.point.q, at.point.lam)
         again = pickle.loads(pickle.dumps(used))

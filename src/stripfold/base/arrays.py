@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import fields
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -28,8 +29,9 @@ class ByValue:
 class ByFields:
     """Copies of a frozen dataclass by what it was made of: what has been computed from that is the larger part."""
 
-    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
-        return type(self), tuple(getattr(self, item.name) for item in fields(self) if item.init)  # type: ignore[arg-type]
+    def __reduce__(self) -> tuple[partial[Self], tuple[()]]:
+        made_of = {item.name: getattr(self, item.name) for item in fields(self) if item.init}  # type: ignore[arg-type]
+        return partial(type(self), **made_of), ()
 
 
 def _values(of: Any) -> tuple[Hashable, ...]:
