@@ -20,7 +20,7 @@ from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError, NewtonError
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import Crossing, Event, StepOptions
-from stripfold.solve.newton import Constraint
+from stripfold.solve.newton import Constraint, Linearised
 from stripfold.solve.problem import Point, Tangent
 from stripfold.strip.contact_mesh import LYING, ContactMesh, Topology
 from stripfold.strip.model import Model
@@ -166,8 +166,9 @@ def transferred(
 
     ``at``: the other state.  ``contact``, ``topology``: contact of the new state, by default the same.  ``constraint``:
     row over the contact coordinates and factor of lambda of the equation that picks the state; by default the normal
-    plane of the branch.  Of the state guessed, its value is kept.  ``motion``, ``mesh``: motion of the gripper and
-    elements; by default the same motion, and elements planned for the contact.
+    plane of the branch, of that with the new contact where it has more or fewer coordinates.  Of the state guessed, its
+    value is kept.  ``motion``, ``mesh``: motion of the gripper and elements; by default the same motion, and elements
+    planned for the contact.
     """
     problem, point = at.problem, at.point
     here = at.contact
@@ -178,10 +179,15 @@ def transferred(
     effects = tuple(effect.carried_over(at.u, mesh.model) for effect in before.effects)
     new = MovingContact(mesh, motion or problem.motion, effects, to)
     q = np.concatenate([u, to])
-    row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
-    rows = np.concatenate([np.zeros(new.n), row])
     # Between other nodes the same shape is stretched: the stress is not that of the shape.
     stress = before.model.resampled_stress(at.u, mesh.model)
+    if constraint is None and len(to) != len(here):
+        # The branch of another contact has its own direction; it may turn back at this very lambda.
+        guess = Linearised(new, q, point.lam, new.bounded, stress)
+        new_tangent = guess.tangent(new.metric, Tangent(np.zeros(new.size), point.tangent.lam))
+        constraint = (new.metric * new_tangent.q)[new.n :], new_tangent.lam
+    row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
+    rows = np.concatenate([np.zeros(new.n), row])
     where = Constraint(rows, corner, q, point.lam)
     state = newton.solve(new, q, point.lam, new.bounded, where, predicted_stress=stress)
     if new.effects:
@@ -212,7 +218,7 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
     height = partial(_height_over_low, problem)
     if topology[0]:
         changes[zero("take-off of the gripper", lambda point: -height(point), NEAR_FLOOR)] = _taken_off
-    elif topology[1] and len(topology) > 2:
+    elif len(topology) > 2 and topology[1]:
         landing = partial(_height_of_landing, problem)
         changes[zero("landing of the gripper", landing, NEAR_FLOOR)] = _landed
     for i in range(1, len(topology) - 1):
@@ -275,23 +281,24 @@ def _changed_to(at: BranchPoint, number: int, parts: tuple[bool, ...]) -> Branch
     place = float(np.mean(contact[number : after - 1]))
     topology = (*topology[:number], *parts, *topology[after:])
 
-    def changed(new: list[float], length_given: bool = False) -> BranchPoint:
-        there = np.concatenate([contact[:number], new, contact[after - 1 :]])
+    new = {1: [], 2: [place], 3: [place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL]}[len(parts)]
+    there = np.concatenate([contact[:number], new, contact[after - 1 :]])
+    if len(parts) < 3:
+        return transferred(at, there, topology)
+
+    def opened(length_given: bool) -> BranchPoint:
         row, corner = np.zeros(len(there)), 1.0
         if length_given:
             row[number : number + 2], corner = (-1.0, 1.0), 0.0
         return transferred(at, there, topology, constraint=(row, corner))
 
-    if len(parts) < 3:
-        return changed([place] if len(parts) == 2 else [])
-    first = [place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL]
     # A new interval has its first length, wherever lambda is.
     if not at.problem.effects:
-        return changed(first, length_given=True)
+        return opened(length_given=True)
     # With friction, which does not go back, it may be there ahead, or have another length by now, or not be there yet.
     for length_given in (True, False):
         with suppress(NewtonError):
-            found = changed(first, length_given)
+            found = opened(length_given)
             if found.lam > at.lam or not length_given:
                 return found
     return at

@@ -269,7 +269,9 @@ class Bordered:
         """
         count = self.block.negatives()
         solve = self.block.factor()
-        left = self.corner - self.rows @ np.column_stack([solve(column) for column in self.columns.T])
+        # There may be none: of a strip that is lifted as a whole.
+        solved = np.reshape([solve(column) for column in self.columns.T], self.columns.T.shape)
+        left = self.corner - self.rows @ solved.T
         if np.linalg.det(left) > 0.0:
             return count
         return count - 1 if count else 1
