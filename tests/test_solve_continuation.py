@@ -11,9 +11,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from oracles.branches import check_branch
 from oracles.lee_frame import LeeFrame
-from oracles.toys import NONE, Toy, Truss, branches, breaking
+from oracles.toys import NONE, Toy, Truss, branches, breaking, check_branch
 from stripfold.base.errors import ContinuationError, NewtonError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import Crossing, Event, StepOptions

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from oracles import lee_frame
-from oracles.branches import check_branch
 from oracles.lee_frame import LeeFrame
-from oracles.toys import NONE, Toy, Truss
+from oracles.toys import NONE, Toy, Truss, check_branch
 from stripfold.base.errors import NewtonError, SolveError
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
