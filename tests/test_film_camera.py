@@ -48,6 +48,23 @@ def test_no_board(board: Board) -> None:
     assert detect(seen.board_picture(other, TURN, SHIFT, random), board) is None
 
 
+def test_a_corner_that_is_found_beside_the_board_is_put_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    """OpenCV's search takes other things for a corner of the board itself, half a square away."""
+    picture = seen.board_picture(seen.CHESS, TURN, SHIFT, np.random.default_rng(3))
+    right, search = detect(picture, seen.CHESS), cv2.findChessboardCorners
+
+    def mistaken(*given: Any, **named: Any) -> Any:
+        found, corners = search(*given, **named)
+        corners[[0, -1]] += np.array([16.0, 12.0], dtype=np.float32)
+        return found, corners
+
+    monkeypatch.setattr(cv2, "findChessboardCorners", mistaken)
+    again = detect(picture, seen.CHESS)
+    assert right is not None
+    assert again is not None
+    np.testing.assert_allclose(again.pixels, right.pixels, atol=0.02)
+
+
 def test_folders_of_pictures(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="existing folder"):
         calibration.find_views(tmp_path / "none", seen.CHESS)

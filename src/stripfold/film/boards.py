@@ -23,6 +23,8 @@ DETECTION_SIZE = 1600
 """Longest side, pixels, of the picture in which corners are detected; they are refined in the full picture."""
 NOISE = 1.0
 """Standard deviation of the smoothing of a picture in which no board was found as it is, pixels."""
+STRAY = 0.2
+"""Distance of a corner from where the others say it is, in their least distance, from which on it is something else."""
 WINDOW = 0.3
 """Half-window of the refinement over the distance between corners: with 0.4 it contains edges of the next one."""
 
@@ -164,7 +166,12 @@ def _chessboard(picture: Picture, board: Board) -> tuple[Index, Array] | None:
     found, corners = cv2.findChessboardCorners(picture, (board.columns, board.rows), flags=flags)
     if not found:
         return None
-    return np.arange(board.columns * board.rows), np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+    rough, plane = np.asarray(corners, dtype=np.float64).reshape(-1, 2), board.points[:, None, :2]
+    # A corner of the board itself may be something else beside it, which is far from where the others say.
+    homography, _ = cv2.findHomography(plane, rough, cv2.LMEDS)
+    expected = cv2.perspectiveTransform(plane, homography)[:, 0]
+    far = np.hypot(*(rough - expected).T) > STRAY * spacing(expected)
+    return np.arange(len(rough)), np.where(far[:, None], expected, rough)
 
 
 def _charuco(picture: Picture, board: Board) -> tuple[Index, Array] | None:
