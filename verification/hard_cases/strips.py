@@ -96,16 +96,6 @@ def thick(thickness: float, height: float, refinement: float) -> Finding:
     return Finding(one.lam if same else nan, two.lam, error, other_error + stiffer / 3.0 * two.lam)
 
 
-def compressed(thickness: float, height: float, refinement: float) -> Finding:
-    """Against the rod, which does not shear: the push P lowers the stiffness by about P / k G h, k = 5/6."""
-    run, error = located(lambda r: solve_height(StripModel(LENGTH, thickness), height, r), refinement)
-    rod = solve_height(StripModel(LENGTH, thickness, kind="rod"), height, 0.5)
-    push = rod.last.point.state.force[rod.last.model.middle[0, 0]]
-    shear = float(push) * thickness**2 / 5.0
-    same = run.end is rod.end is End.SNAP
-    return Finding(run.lam if same else nan, rod.lam, error, shear * rod.lam)
-
-
 def scene(eta_b: float, model: ModelName, thickness: float = 0.03) -> Scene:
     """A strip that is the same in L*, whatever its eta_b."""
     star = Material(eta_b).gravity_length
