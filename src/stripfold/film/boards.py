@@ -24,7 +24,9 @@ DETECTION_SIZE = 1600
 NOISE = 1.0
 """Standard deviation of the smoothing of a picture in which no board was found as it is, pixels."""
 STRAY = 0.2
-"""Distance of a corner from where the others say it is, in their least distance, from which on it is something else."""
+"""Distance of a board's corner from where its row and column go on, in steps of these, from which on it is another."""
+GOES_ON = np.array([3.0, -3.0, 1.0])
+"""Weights of three values of a parabola in the next one."""
 WINDOW = 0.3
 """Half-window of the refinement over the distance between corners: with 0.4 it contains edges of the next one."""
 
@@ -166,12 +168,15 @@ def _chessboard(picture: Picture, board: Board) -> tuple[Index, Array] | None:
     found, corners = cv2.findChessboardCorners(picture, (board.columns, board.rows), flags=flags)
     if not found:
         return None
-    rough, plane = np.asarray(corners, dtype=np.float64).reshape(-1, 2), board.points[:, None, :2]
-    # A corner of the board itself may be something else beside it, which is far from where the others say.
-    homography, _ = cv2.findHomography(plane, rough, cv2.LMEDS)
-    expected = cv2.perspectiveTransform(plane, homography)[:, 0]
-    far = np.hypot(*(rough - expected).T) > STRAY * spacing(expected)
-    return np.arange(len(rough)), np.where(far[:, None], expected, rough)
+    rough = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+    grid, reach = rough.reshape(board.rows, board.columns, 2), STRAY * spacing(rough)
+    # A corner of the board itself may be something else beside it, far from where its row and column go on.
+    for turned in (grid, grid[::-1], grid[:, ::-1], grid[::-1, ::-1]):
+        if min(grid.shape[:2]) > len(GOES_ON):
+            expected = 0.5 * GOES_ON @ (turned[0, 1:4] + turned[1:4, 0])
+            if np.hypot(*(turned[0, 0] - expected)) > reach:
+                turned[0, 0] = expected
+    return np.arange(len(rough)), rough
 
 
 def _charuco(picture: Picture, board: Board) -> tuple[Index, Array] | None:
