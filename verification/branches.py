@@ -38,7 +38,7 @@ ETA_B, HEIGHT, LENGTH = (1e2, 1e6), (1.7, 5.0), (10.0, 25.0)
 """Ranges of strips along x: m^-4 s^2, L*."""
 PATH_LENGTH, PATH_THICKNESS = (9.0, 20.0), (0.04, 0.1)
 """Ranges of strips on paths, L*; the paper's eta_m gives its fabrics these thicknesses."""
-CRUSHED = "crushed"
+BEYOND_LAW = "crushed"
 """Outcome, and word of the message, of a strip that is compressed beyond its law."""
 THICKNESS_SHIFT = -6.0
 """lambda_c of the solid less the elastica's, in L*, per (h/L*)^2: from the study of models."""
@@ -133,7 +133,7 @@ def path_case(number: int, seed: int, refinement: float) -> dict[str, Any]:
     for how in ({"refinement": refinement}, {"refinement": refinement * SHORTER**0.5, "options": shorter}):
         found, message = attempted(partial(assess_strip, strip, path, **how))
         if found is None:
-            return row | {"outcome": CRUSHED if CRUSHED in message else "undecided", "path_message": message}
+            return row | {"outcome": BEYOND_LAW if BEYOND_LAW in message else "undecided", "path_message": message}
         runs.append(found)
     critical = [one.events[0].travelled for one in runs if not one.stable]
     # Where one run touches, the other may become critical: near the limit below which nothing snaps.

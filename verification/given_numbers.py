@@ -2,8 +2,8 @@
 
 A gripper's place, a height, a length, a speed and an eta_b are given with errors: of each as large as its standard
 deviation says, which nothing may complain of, then one of them by several standard deviations more.  These are those of
-the given number and of what the film says of it together, as the result states them; where it states none, those that
-docs/measuring.md names.  All films lack a robot's log; every second one is of the second generator.
+the given number and of what the film says of it together, as the result states them; where it states none, by
+:data:`SD` and :data:`SEEN`.  All films lack a robot's log; every second one is of the second generator.
 """
 
 from __future__ import annotations
@@ -43,8 +43,9 @@ NAMED = {
     "eta_b": "by the strip's motion eta_b is",
 }
 """What a message says that complains of it."""
-DEVIATIONS = 3.0, 5.0
-RIGHT = "right"
+TRIED = 3.0, 5.0
+"""By how many standard deviations a number is wrong."""
+NONE_WRONG = "none"
 """In place of the number that is wrong."""
 
 
@@ -64,7 +65,7 @@ def given_wrongly(case: tuple[int, Film], seed: int) -> list[dict[str, Any]]:
     """One film with right numbers, then with wrong ones."""
     number, asked = case
     random = np.random.default_rng([seed, number])
-    row: dict[str, Any] = {"film": number, "generator": asked.generator, "given": RIGHT, "deviations": 0.0}
+    row: dict[str, Any] = {"film": number, "generator": asked.generator, "given": NONE_WRONG, "deviations": 0.0}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recording"
         _, message = attempted(lambda: asked.write(path, Path(folder)))
@@ -87,7 +88,7 @@ def given_wrongly(case: tuple[int, Film], seed: int) -> list[dict[str, Any]]:
         known["height"] = hypot(BY_HAND, BY_HAND)
         known["eta_b"] = hypot(SD["eta_b"], SD_95 * log(exact.eta_b.high / exact.eta_b.low) / 2.0)
         for name in SD:
-            for deviations in DEVIATIONS:
+            for deviations in TRIED:
                 off = deviations * float(random.choice([-1.0, 1.0])) * known.get(name, SD[name])
                 wrong = _with(told, {name: off})
                 # What is tracked depends on these two only.
@@ -139,10 +140,10 @@ def facts(d: xr.Dataset) -> Facts:
     """Shares of the wrong numbers that are noticed, of all kinds together and of each."""
     given, deviations = d.given.values, d.deviations.values
     noticed = np.array([name in some.split("; ") for name, some in zip(given, d.noticed.values, strict=True)])
-    right = given == RIGHT
+    right = given == NONE_WRONG
     found: Facts = {"seed": seed_of(d), "films": right.sum(), "judged": len(np.unique(d.film.values[~right]))}
     found["alarms"] = share(d.noticed.values[right] != "")
-    for number in DEVIATIONS:
+    for number in TRIED:
         of = deviations == number
         each = (f"{name} {share(noticed[of & (given == name)]):.2f}" for name in SD)
         found |= {f"noticed_{number:.0f}": share(noticed[of]), f"each_{number:.0f}": ", ".join(each)}

@@ -24,7 +24,8 @@ DETECTION_SIZE = 1600
 NOISE = 1.0
 """Standard deviation of the smoothing of a picture in which no board was found as it is, pixels."""
 STRAY = 0.2
-"""Distance of a board's corner from where its row and column go on, in steps of these, from which on it is another."""
+"""Distance of a board's own corner from where its row and column go on, in the least one of two corners, from which on
+it is something else."""
 GOES_ON = np.array([3.0, -3.0, 1.0])
 """Weights of three values of a parabola in the next one."""
 WINDOW = 0.3
@@ -171,11 +172,11 @@ def _chessboard(picture: Picture, board: Board) -> tuple[Index, Array] | None:
     rough = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
     grid, reach = rough.reshape(board.rows, board.columns, 2), STRAY * spacing(rough)
     # A corner of the board itself may be something else beside it, far from where its row and column go on.
-    for turned in (grid, grid[::-1], grid[:, ::-1], grid[::-1, ::-1]):
-        if min(grid.shape[:2]) > len(GOES_ON):
-            expected = 0.5 * GOES_ON @ (turned[0, 1:4] + turned[1:4, 0])
-            if np.hypot(*(turned[0, 0] - expected)) > reach:
-                turned[0, 0] = expected
+    known = min(board.rows, board.columns) > len(GOES_ON)
+    for turned in (grid, grid[::-1], grid[:, ::-1], grid[::-1, ::-1]) if known else ():
+        expected = 0.5 * GOES_ON @ (turned[0, 1:4] + turned[1:4, 0])
+        if np.hypot(*(turned[0, 0] - expected)) > reach:
+            turned[0, 0] = expected
     return np.arange(len(rough)), rough
 
 

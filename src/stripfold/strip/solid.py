@@ -39,7 +39,7 @@ def gauss(count: int) -> tuple[Array, Array]:
     return 0.5 + 0.5 * points, 0.5 * weights
 
 
-CRUSHED = -0.3
+LEAST_STRAIN = -0.3
 """Principal strain at which a tenth of the law's stiffness in compression is left: at -1/3, where there is none, a bend
 narrows to an element, and the finer the mesh the earlier a strip seems to snap."""
 HEIGHT = np.tile(gauss(ACROSS)[0] - 0.5, ALONG)
@@ -214,9 +214,11 @@ class Solid(Model):
     def admissibility(self, q: Array) -> str:
         """Not empty where the law has lost nearly all of its stiffness in compression."""
         least = self._least_strain(q)
-        if least > CRUSHED:
+        if least > LEAST_STRAIN:
             return ""
-        return f"the strip is crushed: its strain is {least:.3g}, least allowed is {CRUSHED}; the rod bends linearly"
+        return (
+            f"the strip is crushed: its strain is {least:.3g}, least allowed is {LEAST_STRAIN}; the rod bends linearly"
+        )
 
     def _least_strain(self, q: Array) -> float:
         return float(kernels.elements.least(self.elements, np.ascontiguousarray(q)))
