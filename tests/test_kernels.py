@@ -76,8 +76,7 @@ def test_stress_energy_and_distance(both):
 
 def with_growth(model: Model, growth: np.ndarray) -> Model:
     """The strip with its elements longer by these shares."""
-    ends = model.ends[0] + np.append(0.0, np.cumsum(np.diff(model.ends) * (1.0 + growth)))
-    return model.with_ends(ends)
+    return model.with_lengths(model.lengths * (1.0 + growth))
 
 
 def reference_of(model: Model) -> RodReference | SolidReference:

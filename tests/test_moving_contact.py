@@ -12,6 +12,7 @@ from stripfold import elastica
 from stripfold.ask.prediction import (
     ElasticaPrediction,
     from_near_the_end,
+    snap,
 )
 from stripfold.follow import statics
 from stripfold.follow.statics import StripModel
@@ -96,6 +97,15 @@ class TestCriticalPoint:
         assert abs(errors[1]) < 1e-5 * truth
         assert abs(errors[0]) > 5.0 * abs(errors[1])
         assert near_end("rod", 0.0594, refinement=0.5).lam == pytest.approx(truth, rel=5e-5)
+
+    @pytest.mark.parametrize(("kind", "refinement"), [("rod", 0.12), ("solid", 0.25)])
+    def test_a_high_thin_strip_on_fine_elements(self, kind: str, refinement: float):
+        """Elements far from the grasp keep the digits of their lengths: followed and solved for, lambda_c is one."""
+        high = StripModel(98.8, 3.8e-4, kind=kind)
+        prediction = ElasticaPrediction.at(42.6)
+        followed = from_near_the_end(high, prediction, refinement).lam
+        assert snap(high, prediction, refinement).checked().lam == pytest.approx(followed, abs=1e-6)
+        assert followed == pytest.approx(prediction.last.advance, rel=2e-6)
 
     @pytest.mark.parametrize(("height", "end"), [(0.5, End.TOUCH), (1.58, End.TOUCH), (1.592, End.SNAP)])
     def test_touch_or_snap(self, height: float, end: End):

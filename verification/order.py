@@ -39,13 +39,9 @@ MODELS = ("rod", "solid")
 
 def divided(mesh: ContactMesh, parts: int) -> ContactMesh:
     """A mesh with each element divided into ``parts`` of one length."""
-    steps = np.arange(parts) / parts
-
-    def finer(share: Array) -> Array:
-        return np.append((share[:-1, None] + np.diff(share)[:, None] * steps).ravel(), share[-1])
-
-    shares = tuple(finer(share) for share in mesh.shares)
-    return replace(mesh, shares=shares, model=mesh.make(finer(mesh.model.ends)))
+    shares = tuple(np.repeat(share / parts, parts) for share in mesh.shares)
+    ends = np.append(0.0, np.cumsum(np.repeat(mesh.model.lengths / parts, parts)))
+    return replace(mesh, shares=shares, model=mesh.make(ends))
 
 
 def lambda_c(strip: StripModel, prediction: ElasticaPrediction, refinement: float, parts: int) -> tuple[float, Array]:

@@ -29,6 +29,9 @@ DIFFERENCE = 5e-5
 """Arc length of the second differences."""
 SLOPE_TOLERANCE = 1e-4
 """Largest slope of lambda at a limit point; lambda is then wrong by its square."""
+LAST_CORRECTION = 1e-6
+"""Largest correction that a limit point may still need, in the problem's lengths: where rounding limits the forces of a
+thin strip, its bending may be out of balance by less."""
 NEAR_BALANCE = 0.1
 """Unbalanced force of a state below which the iteration for a limit point moves along the branch."""
 NEAR_MAXIMUM = 0.05
@@ -108,7 +111,7 @@ def limit_point(
             bend, ds = Tangent(np.zeros_like(q), 0.0), 0.0
             if at.unbalanced <= NEAR_BALANCE:
                 bend = Tangent(*bordered(-at.free(_second_derivative(problem, q, lam, tangent)), 0.0))
-                if abs(tangent.lam) <= tolerance and at.is_balanced(options):
+                if abs(tangent.lam) <= tolerance and size <= LAST_CORRECTION and at.is_balanced(options):
                     said = "limit point at lambda = %.9g L*, %d unknowns, %d iterations"
                     logger.debug(said, lam, problem.size, len(history) - 1)
                     square = inner(problem.metric, tangent, tangent)

@@ -59,7 +59,7 @@ class Sizes:
         )
 
     def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
-        """Ends of the elements of a part, as shares of it from 0 to 1; ``contacts``: which ends are at a contact."""
+        """Lengths of the elements of a part, as shares of it; ``contacts``: which of its ends are at a contact."""
         longest = self.lying if on_floor else self.free
         if not on_floor or self.at_contact < longest:
             longest = min(longest, length / self.least)
@@ -72,7 +72,7 @@ class Sizes:
             side = min(filter(None, sides), key=lambda side: side[-1])
             side.append(min(self.growth * side[-1], np.inf if grows and covered > self.laid else longest))
         lengths = np.array(sides[0] + sides[1][::-1])
-        return np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
+        return lengths / lengths.sum()
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class ContactMesh(ByFields):
     """Meshes of a strip for all values of its contact coordinates; make it with :meth:`of`.
 
     ``topology``: which parts lie.  ``planned``: the contact coordinates for which the elements have the planned sizes.
-    ``shares``: for each part the ends of its elements as shares of it.  ``model``: the strip with ``planned``.
+    ``shares``: for each part the lengths of its elements as shares of it.  ``model``: the strip with ``planned``.
     """
 
     length: float
@@ -99,7 +99,7 @@ class ContactMesh(ByFields):
         parts = np.diff(np.concatenate([[0.0], contact, [length]]))
         last = len(parts) - 1
         shares = tuple(sizes.shares(float(part), topology[i], (i > 0, i < last)) for i, part in enumerate(parts))
-        return cls(length, topology, contact, sizes, make, shares, make(parts @ _before(shares)))
+        return cls(length, topology, contact, sizes, make, shares, make(_ends(parts, shares)))
 
     def replanned(self, contact: Array, topology: Topology | None = None) -> ContactMesh:
         """The same strip with elements planned for other contact coordinates."""
@@ -107,7 +107,7 @@ class ContactMesh(ByFields):
 
     def at(self, contact: Array) -> Model:
         """The strip with this contact."""
-        return self.model.with_ends(self.parts(contact) @ self._before)
+        return self.model.with_lengths(self.parts(contact)[self._part] * self._shares)
 
     def parts(self, contact: Array) -> Array:
         """Lengths of the parts, L*."""
@@ -157,11 +157,12 @@ class ContactMesh(ByFields):
     @cached_property
     def _part(self) -> Index:
         """The part of each element, shape (n_elements,)."""
-        return np.repeat(np.arange(len(self.shares)), [len(share) - 1 for share in self.shares])
+        return np.repeat(np.arange(len(self.shares)), [len(share) for share in self.shares])
 
     @cached_property
-    def _before(self) -> Array:
-        return _before(self.shares)
+    def _shares(self) -> Array:
+        """Length of each element as a share of its part, shape (n_elements,)."""
+        return np.concatenate(self.shares)
 
     @cached_property
     def _sides(self) -> Array:
@@ -183,19 +184,14 @@ class ContactMesh(ByFields):
     @cached_property
     def elements_at(self) -> Index:
         """Numbers of the element ends at the contact coordinates."""
-        return np.cumsum([len(share) - 1 for share in self.shares])[:-1]
+        return np.cumsum([len(share) for share in self.shares])[:-1]
 
     @cached_property
     def on_floor(self) -> Mask:
         """Whether each element lies, shape (n_elements,)."""
-        return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology, strict=True)])
+        return np.concatenate([np.full(len(s), on) for s, on in zip(self.shares, self.topology, strict=True)])
 
 
-def _before(shares: tuple[Array, ...]) -> Array:
-    """Share of each part in front of each element's end, shape (n_parts, n_elements + 1)."""
-    counts = np.cumsum([0, *(len(share) - 1 for share in shares)])
-    before = np.zeros((len(shares), counts[-1] + 1))
-    for part, share in enumerate(shares):
-        before[part, counts[part] : counts[part + 1] + 1] = share
-        before[part, counts[part + 1] :] = 1.0
-    return before
+def _ends(parts: Array, shares: tuple[Array, ...]) -> Array:
+    """Ends of the elements, given the lengths of the parts and their shares of these."""
+    return np.append(0.0, np.cumsum(np.concatenate([part * share for part, share in zip(parts, shares, strict=True)])))

@@ -180,7 +180,7 @@ class Pull(Effect):
         before, q_prev = self.before or (model, self.q_prev)
         unknowns, stretched = model.element_unknowns, model.mass_rate(q - self.q_prev)
         for share, column in zip(growth, columns, strict=True):
-            moves = np.append(0.0, np.cumsum(share * np.diff(model.ends)))
+            moves = np.append(0.0, np.cumsum(share * model.lengths))
             change = MOVE * np.interp(model.s, model.ends, moves)
             ahead, back = before.resampled(q_prev, np.append(model.s + change, model.s - change)).reshape(2, -1)
             by_length = np.bincount(unknowns.ravel(), (share[:, None] * stretched).ravel(), model.size)
@@ -418,8 +418,7 @@ class Hysteresis(ElementMoments):
 
         Together with the change of the elements' lengths it is the derivative of ``slip``.
         """
-        ends, (cells, integral) = self.model.ends, self._in_cells
-        size = np.diff(ends)
+        ends, size, (cells, integral) = self.model.ends, self.model.lengths, self._in_cells
         moves = np.concatenate([np.zeros((len(growth), 1)), np.cumsum(growth * size, axis=1)], axis=1)
         cell = np.clip(np.searchsorted(cells, ends, side="right") - 1, 0, len(cells) - 2)
         at_ends = (integral[cell + 1] - integral[cell]) / (cells[cell + 1] - cells[cell])
@@ -453,9 +452,9 @@ class Hysteresis(ElementMoments):
 
         kappa_p is then kept in fixed cells as well, so that it does not spread when elements move back and forth.
         """
-        size = np.diff(model.ends)
+        size = model.lengths
         # Where there are as many elements only their lengths differ.
-        alike = len(model.ends) == len(before.ends)
+        alike = len(model.lengths) == len(before.lengths)
         directors = replace(self.directors, length=size) if alike else model.directors
         if self.held is not None:
             return replace(self, model=model, directors=directors)
@@ -473,7 +472,7 @@ class Hysteresis(ElementMoments):
         kept springs would stick and slide in turn; with the moments kept the state is found.
         """
         held = self._spring(self.curvature(q)), self.curvature(q)
-        springs, curvature = (np.diff(integrals(self.model.ends, of, model.ends)) / np.diff(model.ends) for of in held)
+        springs, curvature = (np.diff(integrals(self.model.ends, of, model.ends)) / model.lengths for of in held)
         springs = np.clip(springs, -self.yield_curvature, self.yield_curvature)
         lost = self.dissipated + self.dissipation(q)
         return replace(
@@ -498,8 +497,7 @@ class Hysteresis(ElementMoments):
     @cached_property
     def _unresolved(self) -> Array:
         """Integrals of kappa_p over the elements less those in the cells, shape (n_elements,)."""
-        ends = self.model.ends
-        return self.slip * np.diff(ends) - np.diff(np.interp(ends, *self._in_cells))
+        return self.slip * self.model.lengths - np.diff(np.interp(self.model.ends, *self._in_cells))
 
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""

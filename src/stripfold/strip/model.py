@@ -54,8 +54,8 @@ class Model(ByFields, ABC):
             """Curvature without forces, 1/L*."""
 
         @property
-        def ends(self) -> Array:
-            """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
+        def lengths(self) -> Array:
+            """Shape (n_elements,): lengths of the elements from the grasped end on, L*."""
 
     @property
     @abstractmethod
@@ -102,8 +102,8 @@ class Model(ByFields, ABC):
         """The bend of each element."""
 
     @abstractmethod
-    def with_ends(self, ends: Array) -> Self:
-        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,)."""
+    def with_lengths(self, lengths: Array) -> Self:
+        """The same strip with as many elements of other lengths, shape (n_elements,)."""
 
     @abstractmethod
     def resampled(self, q: Array, s: Array) -> Array:
@@ -131,9 +131,14 @@ class Model(ByFields, ABC):
         """Shape of a predicted stress."""
 
     @cached_property
+    def ends(self) -> Array:
+        """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
+        return np.append(0.0, np.cumsum(self.lengths))
+
+    @cached_property
     def weight(self) -> Array:
         """Force of gravity with its sign turned, shape (size,)."""
-        return self.weighted(np.ones(len(self.ends) - 1))
+        return self.weighted(np.ones(len(self.lengths)))
 
     def weighted(self, share: Array) -> Array:
         """The weight where that of each element counts by a share, shape (n_elements,)."""
@@ -250,10 +255,10 @@ def _vector(q: Array) -> Array:
     return np.ascontiguousarray(q, dtype=np.float64)
 
 
-def ends_of(length: float, elements: int | Array) -> Array:
-    """Ends of a number of elements, or those given.  Raises InvalidInputError: ends that cannot be used."""
+def lengths_of(length: float, elements: int | Array) -> Array:
+    """Lengths of a number of elements, or of those with these ends; raises InvalidInputError: they cannot be used."""
     ends = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
-    if len(ends) < 4 or np.any(np.diff(ends) <= 0.0):
+    if len(ends) < 4 or np.any((lengths := np.diff(ends)) <= 0.0):
         # Fewer make a matrix smaller than its band.
         raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
-    return ends
+    return lengths

@@ -21,7 +21,7 @@ from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import InvalidInputError
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.strip.effects import Directors
-from stripfold.strip.model import NO_GROWTH, NONE, ends_of
+from stripfold.strip.model import NO_GROWTH, NONE, lengths_of
 from stripfold.strip.solid import Solid, gauss, numbering
 
 LAWS = "svk", "printed"
@@ -161,18 +161,18 @@ class Reference(Solid):
         if across not in (1, 2) or order * across % 2:
             why = "the mid-surface needs a row of nodes of its own"
             raise InvalidInputError("elements_across", across, "2, or 1 with order 2", why)
-        new = cls(length, thickness, nu, ends_of(length, elements), order, across, law, distort)
+        new = cls(length, thickness, nu, lengths_of(length, elements), order, across, law, distort)
         # Quadrature weights are absolute values: an element inside out would count as if nothing were wrong.
         if distort is not None and np.ptp(np.sign(new.basis.mapping.detDF(CORNERS))) > 0.0:
             raise InvalidInputError("distort", distort, "a map that turns no part of an element inside out")
         return new
 
-    def with_ends(self, ends: Array) -> Reference:
-        return Reference(self.length, self.thickness, self.nu, ends, self.order, self.across, self.law)
+    def with_lengths(self, lengths: Array) -> Reference:
+        return Reference(self.length, self.thickness, self.nu, lengths, self.order, self.across, self.law)
 
     @property
     def _numbering(self) -> tuple[Index, Index, BandPattern]:
-        return numbering(len(self.ends) - 1, self.order, self.across)
+        return numbering(len(self.lengths), self.order, self.across)
 
     def _basis(self, points: int) -> skfem.Basis:
         """A basis with this number of Gauss points along an element."""
@@ -199,7 +199,7 @@ class Reference(Solid):
     @cached_property
     def nodal_of(self) -> Index:
         """scikit-fem's number of the nodal displacement that sits at each of our unknowns, shape (size,)."""
-        straight = self if self.distort is None else self.with_ends(self.ends)
+        straight = self if self.distort is None else self.with_lengths(self.lengths)
         (x, z), component = straight.basis.doflocs, np.zeros(self.size, dtype=int)
         for dofs in (self.basis.nodal_dofs, self.basis.facet_dofs, self.basis.interior_dofs):
             component[dofs[1::2]] = 1

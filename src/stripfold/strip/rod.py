@@ -24,7 +24,7 @@ from stripfold import kernels
 from stripfold.base.arrays import Array, Index
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.strip.effects import Directors
-from stripfold.strip.model import Model, ends_of
+from stripfold.strip.model import Model, lengths_of
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
@@ -115,13 +115,13 @@ class Rod(Model):
 
     A node has four unknowns: its displacement (x, z) and that one's derivative by s, (x, z).
 
-    ``s``: shape (n_elements + 1,): the nodes, which are the elements' ends.  ``element_unknowns``: shape (n_elements,
-    8).
+    ``lengths``: of the elements, shape (n_elements,): as they are, since differences of the nodes' places are rounded
+    to the place's digits.  ``element_unknowns``: shape (n_elements, 8).
     """
 
     length: float
     thickness: float
-    s: Array = field(repr=False)
+    lengths: Array = field(repr=False)
     element_unknowns: Index = field(repr=False)
     pattern: BandPattern = field(repr=False)
     curl: float = 0.0
@@ -133,12 +133,12 @@ class Rod(Model):
         ``elements``: number of elements, or their ends as distances from the grasped end, shape (m,).  ``curl``: its
         curvature without forces, 1/L*.  Raises InvalidInputError: ends that cannot be used.
         """
-        s = ends_of(length, elements)
-        unknowns, pattern = _numbering(len(s) - 1)
-        return cls(length, thickness, s, unknowns, pattern, curl)
+        lengths = lengths_of(length, elements)
+        unknowns, pattern = _numbering(len(lengths))
+        return cls(length, thickness, lengths, unknowns, pattern, curl)
 
-    def with_ends(self, ends: Array) -> Rod:
-        return Rod(self.length, self.thickness, ends, self.element_unknowns, self.pattern, self.curl)
+    def with_lengths(self, lengths: Array) -> Rod:
+        return Rod(self.length, self.thickness, lengths, self.element_unknowns, self.pattern, self.curl)
 
     @property
     def stiffness(self) -> Array:
@@ -146,14 +146,19 @@ class Rod(Model):
         along, across = _stiffness(self.thickness)
         return np.asarray(self._size * along + across / self._size)
 
-    @cached_property
+    @property
     def _size(self) -> Array:
         """Lengths of the elements, shape (n_elements, 1)."""
-        return np.asarray(self.s[1:] - self.s[:-1])[:, None]
+        return self.lengths[:, None]
+
+    @property
+    def s(self) -> Array:
+        """The nodes, which are the elements' ends."""
+        return self.ends
 
     @property
     def slopes(self) -> Index:
-        return 4 * np.arange(len(self.s)) + 3
+        return 4 * np.arange(len(self.lengths) + 1) + 3
 
     @cached_property
     def mass(self) -> Band:
@@ -176,27 +181,23 @@ class Rod(Model):
 
     @property
     def size(self) -> int:
-        return 4 * len(self.s)
+        return 4 * (len(self.lengths) + 1)
 
     @cached_property
     def middle(self) -> Index:
-        return 4 * np.arange(len(self.s))[:, None] + np.arange(2)
-
-    @property
-    def ends(self) -> Array:
-        return self.s
+        return 4 * np.arange(len(self.lengths) + 1)[:, None] + np.arange(2)
 
     @cached_property
     def directors(self) -> Directors:
         """The tangents at an element's ends."""
         unknowns = self.element_unknowns.reshape(-1, 2, 2, 2)[:, :, 1:].copy()
-        return Directors(unknowns, np.ones((len(unknowns), 2, 1)), np.array([1.0, 0.0]), np.diff(self.s))
+        return Directors(unknowns, np.ones((len(unknowns), 2, 1)), np.array([1.0, 0.0]), self.lengths)
 
     @cached_property
     def elements(self) -> Elements:
         stiffness, rest = _stiffness(self.thickness), -self.curl * IN_CURL
         return kernels.elements.Elements(
-            True, self.element_unknowns, SHAPE, self._size[:, 0], stiffness, VISCOUS, 0.0, 0.0, rest
+            True, self.element_unknowns, SHAPE, self.lengths, stiffness, VISCOUS, 0.0, 0.0, rest
         )
 
     @property
@@ -217,8 +218,8 @@ class Rod(Model):
         return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
 
     def resampled_stress(self, q: Array, other: Rod) -> Array:
-        size, s = np.diff(self.s)[:, None], self.s[:-1, None]
-        new_size, new_s = np.diff(other.s)[:, None], other.s[:-1, None]
+        size, s = self._size, self.s[:-1, None]
+        new_size, new_s = other._size, other.s[:-1, None]
         strain = self.strain(q)
         out = np.empty((len(new_size), 9))
         # At the elements' ends the membrane strain is a mean of both sides.
@@ -231,7 +232,7 @@ class Rod(Model):
 
     def resampled(self, q: Array, s: Array) -> Array:
         e = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
-        size = self.s[e + 1] - self.s[e]
+        size = self.lengths[e]
         value, rate, _ = hermite((s - self.s[e]) / size)
         nodes = q.reshape(-1, 4)
         slope = size[:, None] * nodes[:, 2:][e], size[:, None] * nodes[:, 2:][e + 1]

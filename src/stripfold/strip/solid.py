@@ -24,7 +24,7 @@ from stripfold import kernels
 from stripfold.base.arrays import Array, Index
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.strip.effects import Directors
-from stripfold.strip.model import Model, ends_of
+from stripfold.strip.model import Model, lengths_of
 
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
@@ -97,14 +97,14 @@ def numbering(along: int, order: int, across: int) -> tuple[Index, Index, BandPa
 class Solid(Model):
     """A strip of St Venant-Kirchhoff material; make it with :meth:`of`.
 
-    ``nu``: Poisson's ratio.  ``ends``: distance of the elements' ends from the grasped end, shape (n_elements + 1,).
+    ``nu``: Poisson's ratio.  ``lengths``: of the elements, shape (n_elements,).
     ``curl``: curvature without forces, 1/L*.
     """
 
     length: float
     thickness: float
     nu: float
-    ends: Array = field(repr=False)
+    lengths: Array = field(repr=False)
     curl: float = field(default=0.0, kw_only=True)
 
     @classmethod
@@ -116,14 +116,14 @@ class Solid(Model):
         ``elements``: number of elements along the strip, or their ends as distances from the grasped end, shape (m,).
         ``curl``: its curvature without forces, 1/L*.  Raises InvalidInputError: ends that cannot be used.
         """
-        return cls(length, thickness, nu, ends_of(length, elements), curl=curl)
+        return cls(length, thickness, nu, lengths_of(length, elements), curl=curl)
 
-    def with_ends(self, ends: Array) -> Solid:
-        return Solid(self.length, self.thickness, self.nu, ends, curl=self.curl)
+    def with_lengths(self, lengths: Array) -> Solid:
+        return Solid(self.length, self.thickness, self.nu, lengths, curl=self.curl)
 
     @property
     def _numbering(self) -> tuple[Index, Index, BandPattern]:
-        return numbering(len(self.ends) - 1, 2, 1)
+        return numbering(len(self.lengths), 2, 1)
 
     @property
     def unknowns(self) -> Index:
@@ -144,12 +144,12 @@ class Solid(Model):
 
     @property
     def _order(self) -> int:
-        return (len(self.unknowns) - 1) // (len(self.ends) - 1)
+        return (len(self.unknowns) - 1) // (len(self.lengths))
 
     @cached_property
     def s(self) -> Array:
         order = self._order
-        inside = self.ends[:-1, None] + np.diff(self.ends)[:, None] * (np.arange(order) / order)
+        inside = self.ends[:-1, None] + self.lengths[:, None] * (np.arange(order) / order)
         return np.append(inside.ravel(), self.ends[-1])
 
     @cached_property
@@ -167,20 +167,16 @@ class Solid(Model):
         lam = young * self.nu / ((1.0 + self.nu) * (1.0 - 2.0 * self.nu))
         return lam, young / (2.0 * (1.0 + self.nu))
 
-    @property
-    def _lengths(self) -> Array:
-        return np.asarray(self.ends[1:] - self.ends[:-1])
-
     @cached_property
     def mass(self) -> Band:
-        return self.pattern.assemble(self._lengths[:, None, None] * unit_element(self.thickness)[2])
+        return self.pattern.assemble(self.lengths[:, None, None] * unit_element(self.thickness)[2])
 
     def mass_rate(self, q: Array) -> Array:
-        return np.asarray(self._lengths[:, None] * (q[self.element_unknowns] @ unit_element(self.thickness)[2]))
+        return np.asarray(self.lengths[:, None] * (q[self.element_unknowns] @ unit_element(self.thickness)[2]))
 
     @property
     def element_weight(self) -> Array:
-        return np.asarray(self._lengths[:, None] * unit_element(self.thickness)[3])
+        return np.asarray(self.lengths[:, None] * unit_element(self.thickness)[3])
 
     @property
     def weight_rate(self) -> Array:
@@ -191,12 +187,12 @@ class Solid(Model):
         """The sections at the ends of each element, from the bottom to the top."""
         corners = self.element_unknowns.reshape(-1, 3, 3, 2)[:, ::2, ::2].copy()
         factor = np.broadcast_to([-1.0, 1.0], corners.shape[:3]).copy()
-        return Directors(corners, factor, np.array([0.0, 1.0]), self._lengths)
+        return Directors(corners, factor, np.array([0.0, 1.0]), self.lengths)
 
     @cached_property
     def elements(self) -> Elements:
         gradients, weights, *_ = unit_element(self.thickness)
-        lengths, none = self._lengths, np.zeros(0)
+        lengths, none = self.lengths, np.zeros(0)
         shape = np.empty((len(lengths), *gradients.shape))
         shape[:, :, 0] = gradients[:, 0] / lengths[:, None, None]
         shape[:, :, 1] = gradients[:, 1]
@@ -209,7 +205,7 @@ class Solid(Model):
     @property
     def stress_shape(self) -> tuple[int, ...]:
         """Shape of a second Piola-Kirchhoff stress at the quadrature points."""
-        return (len(self.ends) - 1, ALONG * ACROSS, 2, 2)
+        return (len(self.lengths), ALONG * ACROSS, 2, 2)
 
     def admissibility(self, q: Array) -> str:
         """Not empty where the law has lost nearly all of its stiffness in compression."""
