@@ -13,6 +13,7 @@ from scipy.optimize import minimize_scalar
 
 from stripfold import Strip, elastica, paths
 from stripfold.base.errors import InvalidInputError
+from stripfold.follow.contact_branch import STEPS
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import SNAP, End, forces_of, peak_forces, shape_error
@@ -255,6 +256,57 @@ def test_a_snap_above_the_touch_limit() -> None:
     assert x + 7.0 == pytest.approx(elastica.critical(1.65).advance, abs=0.01)
     slope = (elastica.critical(1.66).advance - elastica.critical(1.64).advance) / 0.02
     assert event.angle == pytest.approx(np.degrees(np.arctan(1.0 / slope)), abs=0.5)
+
+
+class TestThinStrips:
+    """What thickness hides: a strip that buckles where it is pushed, and branches that are near each other."""
+
+    @pytest.mark.parametrize("kind", ["rod", "solid"])
+    def test_a_path_that_pushes_from_its_start(self, kind: str) -> None:
+        """A thin strip buckles at once, onto the branch of the thicker ones: it is lost where they are."""
+        path = geometric.triangular(16.4)
+        thick = assess_strip(StripModel(16.4, 0.01, kind="rod"), path)
+        thin = assess_strip(StripModel(16.4, 1.5e-3, kind=kind), path, refinement=1.0 if kind == "solid" else 0.5)
+        assert thin.events[0].travelled == pytest.approx(thick.events[0].travelled, abs=2e-3)
+
+    def test_a_step_that_would_lead_to_another_branch_is_shortened(self) -> None:
+        """On its R-path the sag of a solid as thin as its elements' error goes over to either side: both are lost."""
+        path = rpath.plan_r_path(17.26).path
+        lost = [
+            assess_strip(StripModel(17.26, 5.5e-3, 0.06), path, refinement=refinement).events[0].travelled
+            for refinement in (1.0, 0.5)
+        ]
+        assert lost[1] == pytest.approx(18.81, abs=0.02)
+        assert lost[0] == pytest.approx(19.49, abs=0.02)
+
+    def test_the_comparison_of_elements_sees_both_sides_of_a_bifurcation(self) -> None:
+        strip = Strip(length=0.4266, eta_b=3780.0, eta_m=1.28e-5)
+        (event,) = strip.assess(paths.r_path(strip)).critical
+        assert 0.01 < abs(event["change"]) < 0.02
+
+
+class TestEndOfAPath:
+    """Just before its end a path may come down: what happens in its last step counts."""
+
+    def test_a_touch_in_the_last_step(self) -> None:
+        """It is where shorter steps find it; behind the end the gripper would be below the sag."""
+        path, strip = geometric.circular(7.5), StripModel(7.5, 0.0594, kind="rod")
+        touches = [
+            assess_strip(strip, path, options=options).touch for options in (STEPS, replace(STEPS, largest=0.03))
+        ]
+        assert all(touches)
+        places = [touch.travelled for touch in touches if touch]
+        assert places[0] == pytest.approx(places[1], abs=1e-4)
+        assert 0.07 < path.length - places[0] < 0.1
+
+    @pytest.mark.parametrize(("kind", "refinement"), [("solid", 0.6), ("rod", 1.0), ("rod", 0.35)])
+    def test_a_gripper_that_lands_beside_a_flat_layer_loses_nothing(self, kind: str, refinement: float) -> None:
+        """The layer lies down when the gripper is nearly on the floor, and so up to it."""
+        path = geometric.circular(7.547)
+        found = assess_strip(StripModel(7.547, 0.01, 0.13 * (kind == "solid"), kind=kind), path, refinement=refinement)
+        assert found.end is End.PATH
+        assert found.touch is not None
+        assert found.touch.travelled == pytest.approx(11.753, abs=2e-3)
 
 
 class TestMotion:

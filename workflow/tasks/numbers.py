@@ -27,12 +27,12 @@ from verification.numbers import Entry, evaluate, within
 Summary = Mapping[str, Entry]
 
 HOW_SURE = {
-    "error": "{estimate_coverage} of random scenes over all accepted inputs have a true error of lambda_c within the "
-    "stated one; {solid_limit_error} between solid and elastica for a thin strip",
+    "error": "the true error of lambda_c is within the stated one in a share of {estimate_coverage} of random scenes "
+    "over all accepted inputs; {solid_limit_error} between solid and elastica for a thin strip",
     "speed": "{time_rod_1e-3} (rod), {time_solid_1e-3} (solid) for one lambda_c with its error, {time_assess} for a "
     "path with its fall, on one core",
-    "no real film": "no recording of a real robot was there to compare with: in *synthetic* ones {lambda_coverage} of "
-    "the 95 % intervals hold the true lambda",
+    "no real film": "no recording of a real robot was there to compare with: in *synthetic* ones the true lambda is in "
+    "a share of {lambda_coverage} of the 95 % intervals",
 }
 """What the README says on how sure the numbers are."""
 COLUMNS = ("key", "value", "what", "criterion", "holds")

@@ -71,7 +71,9 @@ if TYPE_CHECKING:
 NODES = 201
 """Nodes along the strip at which states on a path are stored: their own meshes differ."""
 NOT_FOLLOWED = "not followed: the statics end here"
-OTHER_MESH = f"with elements {COARSER:g} times as long"
+THIN, FINER = 0.01, 0.5
+"""Thickness, L*, below which the solid's elements err by more than the thickness does, so that coarser ones lead to the
+same side of a bifurcation; and the ratio of their lengths on the mesh that it is compared with then."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -223,7 +225,7 @@ class PathAssessment(Result):
         far = max((abs(event["change"]) for event in self.critical if isfinite(event["change"])), default=0.0)
         points = f"; critical points within {far:.2g} m" if self.critical else ""
         touch = f"; first touch within {abs(self.touch_change):.2g} m" if isfinite(self.touch_change) else ""
-        return f"{OTHER_MESH} the verdict is the same{points}{touch}"
+        return f"{_other_mesh(self.asked)} the verdict is the same{points}{touch}"
 
     def _second_rows(self) -> Rows:
         if self.second_gripper is not None:
@@ -455,11 +457,12 @@ def assess(
         if progress is not None:
             progress("on another mesh")
         try:
-            coarser = COARSER * refinement
-            other = followed(seen, coarser) if memory else _again(found, strip, seen, fall, coarser)
-            changes, touch_change, dependence = mesh_change(found, other)
+            factor = _other_size(asked)
+            again = followed(seen, factor * refinement) if memory or factor < 1.0 else None
+            other = again or _again(found, strip, seen, fall, factor * refinement)
+            changes, touch_change, dependence = mesh_change(found, other, _other_mesh(asked))
         except SolveError as error:
-            dependence = " ".join(f"{OTHER_MESH} the strip could not be followed: {error}".split())
+            dependence = " ".join(f"{_other_mesh(asked)} the strip could not be followed: {error}".split())
     events, failure, rucked = _events(found, material, curve, changes), found.failure, None
     if asked.layer_friction is not None:
         if found.touch is not None:  # these statics know no friction between the layers
@@ -630,17 +633,26 @@ def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None
     return assess_strip(strip, path, fall, refinement, first=first, piece=piece)
 
 
-def mesh_change(found: Track, other: Track) -> tuple[tuple[float, ...], float, str]:
+def _other_size(asked: PathInputs) -> float:
+    """Ratio of the lengths of the elements on the mesh of the comparison."""
+    return FINER if asked.model == "solid" and asked.material.relative_thickness < THIN else COARSER
+
+
+def _other_mesh(asked: PathInputs) -> str:
+    return f"with elements {_other_size(asked):g} times as long"
+
+
+def mesh_change(found: Track, other: Track, mesh: str) -> tuple[tuple[float, ...], float, str]:
     """Compare two meshes: how much farther each critical point and the touch lie, and in words what is not the same.
 
-    nan where one of them has none.  What follows a failure on one of them is no difference.
+    ``mesh``: the other one, in words.  nan where one of them has none.  What follows a failure on one of them is no difference.
     """
     here, there = ([event.travelled for event in track.events] for track in (found, other))
     apart = [b - a for a, b in zip(here, there, strict=False)]
     touch, said = other.touch_x - found.touch_x, ""
     if (len(here) > len(there) and not other.failure) or (len(there) > len(here) and not found.failure):
         points = f"critical point{'s' * (len(there) != 1)}"
-        said = f"{OTHER_MESH} the strip has {len(there) or 'no'} {points}, not {len(here)}"
+        said = f"{mesh} the strip has {len(there) or 'no'} {points}, not {len(here)}"
     elif (found.touch is None) != (other.touch is None) and not (found.failure or other.failure):
-        said = f"{OTHER_MESH} the strip {'does not touch' if other.touch is None else 'touches'}"
+        said = f"{mesh} the strip {'does not touch' if other.touch is None else 'touches'}"
     return (*apart, *(nan for _ in here[len(apart) :])), touch, said

@@ -25,7 +25,7 @@ from stripfold.solve.problem import Point, Tangent
 from stripfold.strip.contact_mesh import LYING, ContactMesh, Topology
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
-from stripfold.strip.problem import Motion
+from stripfold.strip.problem import AlongX, Lift, Motion, clamp_of
 
 STEPS = StepOptions(
     first=0.05, largest=0.7, max_correction=0.5, max_attempts=300, newton=newton.NewtonOptions(max_iterations=8)
@@ -100,12 +100,14 @@ Planned = Callable[[Array], ContactMesh]
 
 
 def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
-    """A state with the gripper just lifted: the start is a beam under its weight, without tension.
+    """A state with the gripper just lifted: straight up, as a beam under its weight, and then along x.
+
+    A gripper that advances makes a thin strip buckle at once, into the shape to which its branch leads.
 
     ``mesh``: plans a mesh with one lift-off.  ``motion``, ``lam``: where the gripper is: above the floor by much less
     than L*.
 
-    Raises InvalidInputError: the gripper is still on the floor.
+    Raises InvalidInputError: the gripper is still on the floor; SolveError: the branch could not be followed there.
     """
     place = motion.values(lam)
     dx, height = (0.0, *place)[-2:]
@@ -119,9 +121,14 @@ def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
     a = np.clip(free - model.s, 0.0, None)
     position = np.stack([model.s - model.length / 2.0, reaction * a**3 / 6.0 - a**4 / 24.0], axis=1)
     u = model.unknowns_of(position, -(reaction * a**2 / 2.0 - a**3 / 6.0))
-    # The gripper's advance compresses the strip evenly.
-    u[model.middle[:, 0]] += dx * (1.0 - model.s / model.length)
-    return solved(MovingContact(planned, motion), np.append(u, free), lam)
+    lifted = solved(MovingContact(planned, Lift()), np.append(u, free), height)
+    if isinstance(motion, Lift):
+        return lifted
+    clamp = clamp_of(motion, model, lam)
+    start = lifted.point.q[model.middle[0, 0]]
+    at = solved(MovingContact(planned, AlongX(height, clamp.angle if clamp else None)), lifted.point.q, float(start))
+    there = continuation.step_to(at.problem, at.point, float(dx), STEPS)
+    return solved(MovingContact(planned, motion), there.q, lam)
 
 
 def _beside(height: float, curl: float) -> float:
@@ -214,7 +221,7 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
         released = zero("release of the sag", partial(reaction, problem, i), TOUCH_TOLERANCE)
         changes[released] = partial(_changed_to, number=i, parts=(False,))
         flattened = zero("flattening of the sag", partial(curvature, problem, i))
-        changes[flattened] = partial(_changed_to, number=i, parts=(False, True, False))
+        changes[flattened] = partial(_flattened, number=i)
     height = partial(_height_over_low, problem)
     if topology[0]:
         changes[zero("take-off of the gripper", lambda point: -height(point), NEAR_FLOOR)] = _taken_off
@@ -250,6 +257,13 @@ def _height_of_landing(problem: MovingContact, point: Point) -> float:
 def _landed(at: BranchPoint) -> BranchPoint:
     """The upper layer lies up to the gripper."""
     return transferred(at, at.contact[1:], at.topology[1:], (np.zeros(len(at.contact) - 1), 1.0))
+
+
+def _flattened(at: BranchPoint, number: int) -> BranchPoint:
+    """The point becomes an interval; beside a gripper that is on the floor by now, the layer lies up to there."""
+    flat = _changed_to(at, number, (False, True, False))
+    lies = number == 0 and flat is not at and _height_of_landing(flat.problem, flat.point) < 0.0
+    return _landed(flat) if lies else flat
 
 
 def _taken_off(at: BranchPoint) -> BranchPoint:
@@ -314,7 +328,7 @@ def follow(
     """Yield ``first``, then point after point along its branch, and the events of ``stops`` as they happen.
 
     :data:`UNHELD` is an event of its own, between the states on either side of a change of the contact.  The point at
-    ``end``, a value of lambda, is the last; events behind it do not count.
+    ``end``, a value of lambda, is the last.
 
     Raises SolveError: the branch could not be followed.
     """
@@ -334,12 +348,10 @@ def follow(
             yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
             return
         changes, events = with_changes(problem)
-        branch = continuation.follow(problem, at.point, options, events)
+        branch = continuation.follow(problem, at.point, options, events, end)
         next(branch)
         for item in branch:
             if isinstance(item, Crossing):
-                if item.before.lam >= end:
-                    continue
                 before, after = (BranchPoint(problem, p) for p in (item.before, item.after))
                 if item.event not in changes:
                     yield BranchCrossing(item.event, before, after)
@@ -352,7 +364,7 @@ def follow(
                 yield at
                 break
             if item.lam >= end:
-                yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
+                yield BranchPoint(problem, item)
                 return
             step = item.arc - at.point.arc
             at = BranchPoint(problem, item)

@@ -9,7 +9,6 @@ of the strip beside a gripper at height z is (24 z)^(1/4) long, a beam under its
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal, NamedTuple
@@ -52,6 +51,8 @@ LAMBDA_TOLERANCE = 1e-6
 LAID = 2.0
 """Length beside the lift-off, L*, in which what lies may have been lifted before, with friction in bending."""
 DOWN = "second gripper on the floor"
+BRACKETED = replace(LIMIT, tolerance=1e-3)
+"""A critical point located while the branch is followed: a step that leads to another branch is shortened."""
 FIRST = 0.01
 """Largest length travelled at the first state of a path, L*."""
 ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN}
@@ -100,16 +101,16 @@ class StripModel:
 
 
 def branch(
-    at: BranchPoint, end: float = inf, until: Until = "end", options: StepOptions = STEPS
+    at: BranchPoint, end: float = inf, until: Until = "end", options: StepOptions = STEPS, limit: Event = LIMIT
 ) -> Iterator[BranchPoint | BranchCrossing]:
     """Follow a branch from a state to lambda = ``end``, or to the event that ends it before, which is yielded.
 
-    With ``until="end"`` it goes on through the changes of its contact.  Raises SolveError: when a state or the branch
-    cannot be computed.
+    With ``until="end"`` it goes on through the changes of its contact.  ``limit``: the event of a critical point.
+    Raises SolveError: when a state or the branch cannot be computed.
     """
 
     def stops(problem: MovingContact) -> list[Event]:
-        events = [LIMIT] if until == "end" else [touch(problem), lift_off_of_all(problem), LIMIT]
+        events = [limit] if until == "end" else [touch(problem), lift_off_of_all(problem), limit]
         if isinstance(problem.motion, TwoGrippers):
             events.insert(0, zero(DOWN, lambda point: float(problem.motion.values(point.lam)[-1])))
         return events
@@ -136,14 +137,19 @@ def leg(
     options: StepOptions = STEPS,
     tolerance: float = LAMBDA_TOLERANCE,
     seen: Callable[[float], None] = lambda _: None,
+    limit: Event = LIMIT,
 ) -> Leg:
     """Follow a branch as :func:`branch` does, and locate a critical point that ends it, on elements planned for it.
 
-    ``tolerance``: width of the bracket of lambda_c.  ``seen``: called with each lambda.  Raises SolveError: when the
-    branch cannot be followed, or its critical point not be located.
+    It is solved for or, where that fails, as in a strip as thin as rounding or where a step leads to another branch,
+    bracketed as the branch is followed once more.
+
+    ``tolerance``: width of the bracket of lambda_c.  ``seen``: called with each lambda.  ``limit``: the event of a
+    critical point, :data:`BRACKETED` once more.  Raises SolveError: when the branch cannot be followed, or its critical
+    point not be located.
     """
     states, stopped = [at], None
-    for item in branch(at, end, until, options):
+    for item in branch(at, end, until, options, limit):
         if isinstance(item, BranchCrossing):
             stopped = item
         elif item is not at:
@@ -153,17 +159,25 @@ def leg(
         return Leg(states)
     if stopped.event is UNHELD:
         return Leg(states, End.SNAP, _at_change(stopped.before, stopped.after), stopped.after)
-    if stopped.event is not LIMIT:
+    if stopped.event is not limit:
         # Behind it the sag would be in the floor, or nothing would lie.
         return Leg([*states, stopped.before], ENDS[stopped.event.name])
-    # On other elements the limit point may lie a little before.
-    planned = map(_replanned, reversed(states))
-    near = next((other for other in planned if not critical.is_past(other.point)), states[0])
-    located = _limit_point(near, options, tolerance, end)
-    if located is None or located[1].lam >= end:
-        last = states[-1]
-        return Leg([*states, BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, options))])
-    problem, found = located
+    if limit is BRACKETED:
+        problem, last, next_ = stopped.before.problem, stopped.before.point, stopped.after.point
+        found = critical.locate(problem, last, next_, tolerance, options)
+    else:
+        # On other elements the limit point may lie a little before.
+        planned = map(_replanned, reversed(states))
+        near = next((other for other in planned if not critical.is_past(other.point)), states[0])
+        problem = near.problem
+        try:
+            found = critical.near(problem, near.point, tolerance, options)
+        except SolveError:
+            rest = leg(near, end, until, options, tolerance, seen, BRACKETED)
+            return rest._replace(states=[state for state in states if state.lam < near.lam] + rest.states)
+        if found.lam >= end:
+            at_end = continuation.step_to(states[-1].problem, states[-1].point, end, options)
+            return Leg([*states, BranchPoint(states[-1].problem, at_end)])
     before, after = (BranchPoint(problem, point) for point in (found.before, found.after))
     stable = [state for state in states if state is at or state.lam < found.lam]
     return Leg([*stable, before], End.SNAP, CriticalEvent(found.lam, found, before), after)
@@ -175,22 +189,6 @@ def _replanned(at: BranchPoint) -> BranchPoint:
         return transferred(at)
     except SolveError:
         return at
-
-
-def _limit_point(
-    near: BranchPoint, options: StepOptions, tolerance: float, end: float
-) -> tuple[MovingContact, CriticalPoint] | None:
-    """The limit point ahead: solved for or, where that fails, as in a strip as thin as rounding, bracketed.
-
-    None where the branch has none before lambda = ``end``: on other elements it may lie a little beyond.
-    """
-    with suppress(SolveError):
-        return near.problem, critical.near(near.problem, near.point, tolerance, options)
-    for item in contact_branch.follow(near, options, lambda _: [LIMIT], through_contact=False, end=end):
-        if isinstance(item, BranchCrossing):
-            before, after, problem = item.before.point, item.after.point, item.before.problem
-            return problem, critical.locate(problem, before, after, tolerance, options)
-    return None
 
 
 def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, BranchPoint]]:

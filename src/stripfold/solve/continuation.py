@@ -134,12 +134,12 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
 def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Point]: ...
 @overload
 def follow(
-    problem: Problem, first: Point, options: StepOptions, events: Sequence[Event]
+    problem: Problem, first: Point, options: StepOptions, events: Sequence[Event], end: float = inf
 ) -> Iterator[Point | Crossing]: ...
 def follow(
-    problem: Problem, first: Point, options: StepOptions, events: Sequence[Event] = ()
+    problem: Problem, first: Point, options: StepOptions, events: Sequence[Event] = (), end: float = inf
 ) -> Iterator[Point | Crossing]:
-    """Yield ``first`` and then point after point along its branch; the caller decides when to stop.
+    """Yield ``first`` and then point after point along its branch, up to lambda = ``end``.
 
     Each event that happens in a step is yielded as a :class:`Crossing` before the point at the end of that step, in
     the order of the branch; where it cannot be told, in that of ``events``.
@@ -153,6 +153,9 @@ def follow(
     for _ in range(options.max_attempts):
         try:
             new = step(problem, point, ds, options)
+            if new.lam >= end:
+                # What happens behind the end may hide what happens before it.
+                new = step_to(problem, point, end, options)
             passed = [event for event in events if event.passed(new, point)]
             crossings = _crossings(problem, point, new, [event for event in pending if event in passed], options)
         except NewtonError as error:
@@ -176,6 +179,8 @@ def follow(
         point = new
         logger.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
         yield point
+        if point.lam >= end:
+            return
     raise ContinuationError(
         f"the branch was not followed to its end in {options.max_attempts} steps; it is at lambda = {point.lam:.9g}",
         parameter=point.lam,
