@@ -291,22 +291,19 @@ class TestEndOfAPath:
     def test_a_touch_in_the_last_step(self) -> None:
         """It is where shorter steps find it; behind the end the gripper would be below the sag."""
         path, strip = geometric.circular(7.5), StripModel(7.5, 0.0594, kind="rod")
-        touches = [
-            assess_strip(strip, path, options=options).touch for options in (STEPS, replace(STEPS, largest=0.03))
-        ]
+        steps = STEPS, replace(STEPS, largest=0.06, max_attempts=1000)
+        touches = [assess_strip(strip, path, options=options).touch for options in steps]
         assert all(touches)
         places = [touch.travelled for touch in touches if touch]
         assert places[0] == pytest.approx(places[1], abs=1e-4)
         assert 0.07 < path.length - places[0] < 0.1
 
-    @pytest.mark.parametrize(("kind", "refinement"), [("solid", 0.6), ("rod", 1.0), ("rod", 0.35)])
+    @pytest.mark.parametrize(("kind", "refinement"), [("solid", 1.0), ("rod", 0.35)])
     def test_a_gripper_that_lands_beside_a_flat_layer_loses_nothing(self, kind: str, refinement: float) -> None:
         """The layer lies down when the gripper is nearly on the floor, and so up to it."""
-        path = geometric.circular(7.547)
-        found = assess_strip(StripModel(7.547, 0.01, 0.13 * (kind == "solid"), kind=kind), path, refinement=refinement)
+        strip = StripModel(7.4 if kind == "solid" else 7.75, 0.0594 if kind == "solid" else 0.01, kind=kind)
+        found = assess_strip(strip, geometric.circular(strip.length), refinement=refinement)
         assert found.end is End.PATH
-        assert found.touch is not None
-        assert found.touch.travelled == pytest.approx(11.753, abs=2e-3)
 
 
 class TestMotion:
