@@ -359,6 +359,10 @@ def follow(
                 if before.point is not at.point:
                     yield before
                 last, at = before, changes[item.event](after)
+                if at.lam >= end:
+                    # Behind the end a new interval has its first length.
+                    yield BranchPoint(problem, continuation.step_to(problem, last.point, end, options))
+                    return
                 if is_unheld(last, at):
                     yield BranchCrossing(UNHELD, last, at)
                 yield at
