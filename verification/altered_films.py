@@ -151,8 +151,9 @@ def describe(folder: Path, rng: np.random.Generator) -> None:
     assert marker is not None
     mapping = calibrate_folder(folder, asked.entries).mapping
     with video.read(asked.video, asked.timestamps) as opened:
-        corners = Marker(marker.dictionary, marker.id).corners(next(opened).image)
-    assert corners is not None
+        seen = (Marker(marker.dictionary, marker.id).corners(frame.image) for frame in opened)
+        # It may not be told in the very first frame; the gripper stands at first.
+        corners = next(found for found in seen if found is not None)
     side = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean())
     half = np.rint(rng.uniform(*BOX, 2) * side)
     low = np.rint(corners.mean(axis=0) + rng.uniform(-OFF, OFF, 2) * side - half).astype(int)
