@@ -107,7 +107,7 @@ def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
         assert near / far == pytest.approx(0.25, abs=0.03)
 
 
-@pytest.mark.parametrize("length", [7.0, -3.0, float("nan"), 101.0])
+@pytest.mark.parametrize("length", [7.0, 7.23, -3.0, float("nan"), 101.0])
 def test_no_r_path_of_this_length(length: float) -> None:
     with pytest.raises(InvalidInputError, match="length"):
         rpath.plan_r_path(length)

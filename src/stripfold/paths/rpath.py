@@ -20,6 +20,8 @@ from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizo
 from stripfold.elastica.state import State
 from stripfold.paths.curve import GripperPath, pieces_through
 
+LEAST_LAID = 0.1
+"""Length that lies of the upper layer of a fold, at least, L*: with less the gripper is on the floor when the sag is."""
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
 
@@ -135,16 +137,16 @@ class RPath(HalfFold):
 
 
 def shortest_half_fold() -> float:
-    """Length, L*, of the strip whose upper layer only just reaches the lower one."""
+    """Length, L*, of the strip of whose upper layer :data:`LEAST_LAID` lies on the lower one."""
     loop = elastica.folded_loop()
-    return loop.arc + loop.offset
+    return loop.arc + loop.offset + LEAST_LAID
 
 
 def check_half_fold(length: float) -> None:
     """Refuse a strip that cannot be folded in half, or is longer than tested; ``length`` in L*."""
     if not shortest_half_fold() < length <= LONGEST:
         allowed = f"more than {shortest_half_fold():.6g} L* and at most {LONGEST:g} L*"
-        raise InvalidInputError("length", length, allowed, "a shorter strip has no folded state with aligned edges")
+        raise InvalidInputError("length", length, allowed, "of a shorter strip little or nothing can lie folded with aligned edges")
 
 
 @lru_cache(maxsize=4)
