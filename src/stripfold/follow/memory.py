@@ -329,7 +329,7 @@ def _layer_comes_down(after: BranchPoint) -> bool:
 def _followed(
     first: BranchPoint, stops: Callable[[MovingContact], list[Event]]
 ) -> Iterator[BranchPoint | BranchCrossing]:
-    """The branch; it ends at a limit point where an element begins to slide and it turns back by a sharp angle."""
+    """The branch; where an element begins to slide it may turn by a sharp angle, and back at a limit point."""
     last = first
     try:
         for item in follow(first, WITHIN_STEP, stops):
@@ -337,14 +337,16 @@ def _followed(
                 last = item
             yield item
     except ContinuationError as error:
-        if not _is_unstable_sliding(last):
+        point = last.point
+        sliding = continuation.evaluate(
+            last.problem.sliding, point.state, Tangent(np.zeros(last.problem.size), 1.0), point.arc
+        )
+        if sliding.negatives > 0:
+            raise _lost("it is unstable once another element slides", point.lam) from error
+        if last is first:
             raise
-        raise _lost("it is unstable once another element slides", last.point.lam) from error
-
-
-def _is_unstable_sliding(at: BranchPoint) -> bool:
-    """Whether a strip is unstable with the elements that are about to slide taken as sliding."""
-    return continuation.evaluate(at.problem.sliding, at.point.state, at.point.tangent).negatives > 0
+        # It goes on with the lambda of a stable branch.
+        yield from _followed(BranchPoint(last.problem, sliding), stops)
 
 
 def _changed(at: BranchPoint, end: float) -> BranchPoint:
