@@ -317,13 +317,13 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
 
 
 def _layer_comes_down(after: BranchPoint) -> bool:
-    """Whether behind a limit point it is the contact of an upper layer that moves, at its end beside the gripper.
+    """Whether behind a limit point it is the contact of an upper layer that moves most, and not the lift-off.
 
-    There friction has left the strip bent down, and the layer has touched in a second place: nothing falls, the end of
-    the contact goes there.  Source: docs/method.md.
+    Nothing falls there if the branch rises again: friction has left the strip bent down and the layer has touched in a
+    second place, or one element slides before the next, and an end of the contact goes on.  Source: docs/method.md.
     """
     moves = np.abs(after.point.tangent.q[after.problem.n :])
-    return after.topology == INTERVAL and int(np.argmax(moves)) == 0
+    return int(np.argmax(moves)) < len(moves) - 1
 
 
 def _followed(
