@@ -22,8 +22,10 @@ from stripfold.ask.select_model import model_error
 from stripfold.base.arrays import Array
 from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
+from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel, along_x, at_lambda, lift, solve_height, start_along_x
 from stripfold.follow.track import End, Track
+from stripfold.paths import geometric
 from stripfold.solve import newton
 from stripfold.solve.continuation import Event
 from stripfold.strip.model import Model
@@ -69,6 +71,44 @@ def rod(thickness: float, reference: float, reference_error: float = 0.0) -> Fin
     fine, coarse = (from_near_the_end(strip, prediction, r) for r in (0.5, 1.0))
     error = abs(fine.lam - coarse.lam) + fine.slack
     return Finding(fine.lam if fine.end is End.SNAP else nan, reference, error, reference_error)
+
+
+def high(refinement: float) -> Finding:
+    """lambda_c of a high thin rod on fine elements, far from the grasp."""
+    prediction, strip = ElasticaPrediction.at(42.6), StripModel(60.0, 4e-4, kind="rod")
+    run, error = located(partial(from_near_the_end, strip, prediction), 0.24 * refinement)
+    return Finding(run.lam, prediction.last.advance, error, model_error("elastica", 4e-4, 0.0, 42.6, 60.0) * run.lam)
+
+
+def pushed(refinement: float) -> Finding:
+    """Where a thin solid is lost on a triangular path, which makes it buckle from its start; the rod's is one too."""
+    lost = [
+        assess_strip(StripModel(16.4, 1.5e-3, kind=kind), geometric.triangular(16.4), refinement=r).events[0].travelled
+        for kind, r in (("solid", refinement), ("solid", 0.5 * refinement), ("rod", 0.5))
+    ]
+    return Finding(lost[1], lost[2], abs(lost[1] - lost[0]))
+
+
+def touched_last(refinement: float) -> Finding:
+    """Where the sag of a short solid touches on a circular path, in its last step, and where the rod's does."""
+    path = geometric.circular(7.5)
+    found = [
+        assess_strip(StripModel(7.5, 0.02, kind=kind), path, refinement=r).touch
+        for kind, r in (("solid", refinement), ("solid", 0.5 * refinement), ("rod", 0.5))
+    ]
+    coarse, fine, other = (touch.travelled if touch else nan for touch in found)
+    return Finding(fine, other, abs(fine - coarse))
+
+
+def landed(refinement: float) -> Finding:
+    """Height of a solid's fold once its gripper has come down beside an upper layer that lies, and the elastica's."""
+
+    def height(refinement: float) -> float:
+        track = assess_strip(StripModel(7.4, PAPERS), geometric.circular(7.4), refinement=refinement)
+        return float(track.points[-1].mid_surface(np.linspace(0.0, 7.4, 2001))[:, 1].max()) if track.stable else nan
+
+    folded = float(elastica.folded_loop().state.z.max())
+    return refined(height, refinement, folded, PAPERS**2 * folded)
 
 
 def thick_rod(refinement: float) -> Finding:

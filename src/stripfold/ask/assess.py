@@ -645,7 +645,8 @@ def _other_mesh(asked: PathInputs) -> str:
 def mesh_change(found: Track, other: Track, mesh: str) -> tuple[tuple[float, ...], float, str]:
     """Compare two meshes: how much farther each critical point and the touch lie, and in words what is not the same.
 
-    ``mesh``: the other one, in words.  nan where one of them has none.  What follows a failure on one of them is no difference.
+    ``mesh``: the other one, in words.  nan where one of them has none.  What follows a failure on one of them is no
+    difference.
     """
     here, there = ([event.travelled for event in track.events] for track in (found, other))
     apart = [b - a for a, b in zip(here, there, strict=False)]

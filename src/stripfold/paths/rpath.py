@@ -146,7 +146,9 @@ def check_half_fold(length: float) -> None:
     """Refuse a strip that cannot be folded in half, or is longer than tested; ``length`` in L*."""
     if not shortest_half_fold() < length <= LONGEST:
         allowed = f"more than {shortest_half_fold():.6g} L* and at most {LONGEST:g} L*"
-        raise InvalidInputError("length", length, allowed, "of a shorter strip little or nothing can lie folded with aligned edges")
+        raise InvalidInputError(
+            "length", length, allowed, "of a shorter strip little or nothing can lie folded with aligned edges"
+        )
 
 
 @lru_cache(maxsize=4)
