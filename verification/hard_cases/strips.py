@@ -96,7 +96,7 @@ def touched_last(refinement: float) -> Finding:
         assess_strip(StripModel(7.5, 0.02, kind=kind), path, refinement=r).touch
         for kind, r in (("solid", refinement), ("solid", 0.5 * refinement), ("rod", 0.5))
     ]
-    coarse, fine, other = (touch.travelled if touch else nan for touch in found)
+    coarse, fine, other = (float(touch.travelled) if touch else nan for touch in found)
     return Finding(fine, other, abs(fine - coarse))
 
 
@@ -105,7 +105,9 @@ def landed(refinement: float) -> Finding:
 
     def height(refinement: float) -> float:
         track = assess_strip(StripModel(7.4, PAPERS), geometric.circular(7.4), refinement=refinement)
-        return float(track.points[-1].mid_surface(np.linspace(0.0, 7.4, 2001))[:, 1].max()) if track.stable else nan
+        last = track.points[-1]
+        assert isinstance(last, BranchPoint)
+        return float(last.mid_surface(np.linspace(0.0, 7.4, 2001))[:, 1].max()) if track.stable else nan
 
     folded = float(elastica.folded_loop().state.z.max())
     return refined(height, refinement, folded, PAPERS**2 * folded)

@@ -51,7 +51,6 @@ from stripfold.solve.continuation import Event
 from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Tangent, inner
-from stripfold.strip.contact_mesh import INTERVAL
 from stripfold.strip.effects import BendingLaw, Effect, Hysteresis, MomentCurvature, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact

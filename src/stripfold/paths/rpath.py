@@ -21,7 +21,7 @@ from stripfold.elastica.state import State
 from stripfold.paths.curve import GripperPath, pieces_through
 
 LEAST_LAID = 0.1
-"""Length that lies of the upper layer of a fold, at least, L*: with less the gripper is on the floor when the sag is."""
+"""Length that lies of the upper layer of a fold, at least, L*: with less the gripper is as low as the sag."""
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
 
@@ -146,9 +146,8 @@ def check_half_fold(length: float) -> None:
     """Refuse a strip that cannot be folded in half, or is longer than tested; ``length`` in L*."""
     if not shortest_half_fold() < length <= LONGEST:
         allowed = f"more than {shortest_half_fold():.6g} L* and at most {LONGEST:g} L*"
-        raise InvalidInputError(
-            "length", length, allowed, "of a shorter strip little or nothing can lie folded with aligned edges"
-        )
+        why = "of a shorter strip hardly anything can lie folded with aligned edges"
+        raise InvalidInputError("length", length, allowed, why)
 
 
 @lru_cache(maxsize=4)
