@@ -50,7 +50,7 @@ from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import Event
 from stripfold.solve.critical import LIMIT
 from stripfold.solve.linear import Bordered
-from stripfold.solve.problem import Equilibrium, Tangent, inner
+from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 from stripfold.strip.effects import BendingLaw, Effect, Hysteresis, MomentCurvature, Pull
 from stripfold.strip.model import Model
 from stripfold.strip.moving_contact import MovingContact
@@ -286,7 +286,7 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     problem = _StepProblem.after(at, end)
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
-    first = BranchPoint(problem, continuation.evaluate(problem.sliding, state, at.point.tangent, at.point.arc))
+    first = BranchPoint(problem, _onwards(problem, state, at.point.arc))
 
     def stops(problem: MovingContact) -> list[Event]:
         return [zero(REACHED, lambda point: end - point.lam), lift_off_of_all(problem), LIMIT]
@@ -336,16 +336,20 @@ def _followed(
                 last = item
             yield item
     except ContinuationError as error:
-        point = last.point
-        sliding = continuation.evaluate(
-            last.problem.sliding, point.state, Tangent(np.zeros(last.problem.size), 1.0), point.arc
-        )
-        if sliding.negatives > 0:
+        point = _onwards(last.problem, last.point.state, last.point.arc)
+        if point.negatives > 0:
             raise _lost("it is unstable once another element slides", point.lam) from error
         if last is first:
             raise
-        # It goes on with the lambda of a stable branch.
-        yield from _followed(BranchPoint(last.problem, sliding), stops)
+        yield from _followed(BranchPoint(last.problem, point), stops)
+
+
+def _onwards(problem: MovingContact, state: Equilibrium, arc: float) -> Point:
+    """The point of a state with what is about to slide taken as sliding, and its branch with lambda rising.
+
+    The branch turns where an element begins to slide, and the direction that it came in does not say how it goes on.
+    """
+    return continuation.evaluate(problem.sliding, state, Tangent(np.zeros(problem.size), 1.0), arc)
 
 
 def _changed(at: BranchPoint, end: float) -> BranchPoint:
