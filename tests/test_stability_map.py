@@ -11,6 +11,7 @@ import xarray as xr
 
 import stripfold as sf
 from stripfold import elastica
+from stripfold.ask.friction import friction_boundary
 from stripfold.ask.map import GripperMap, gripper_map
 from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
@@ -190,6 +191,17 @@ def test_little_friction_delays_by_the_law(tmp_path: Path, capsys: pytest.Captur
     for height, end in zip(z[snaps], advance[snaps], strict=True):
         delay = end - elastica.critical(height).state.advance
         assert 0.85 < delay / (star * elastica.friction_delay(height)) < 1.02
+
+
+@pytest.mark.slow
+def test_a_long_strip_with_friction_has_an_end_at_each_height() -> None:
+    """Where an element is about to slide the strip may be lost: a step there went back along the branch."""
+    found = friction_boundary(40.97, 0.0810222932581516)
+    assert np.all(np.diff(found.advance) > 0.0)
+    assert list(found.snaps) == sorted(found.snaps)
+    exact = [elastica.critical(height).state.advance for height in found.z[found.snaps]]
+    delay = (found.advance[found.snaps] - exact) / [elastica.friction_delay(height) for height in found.z[found.snaps]]
+    assert np.all((delay / 0.0810222932581516 > 0.8) & (delay / 0.0810222932581516 < 1.05))
 
 
 @pytest.mark.parametrize("moment", ["-1e-3", "0", "0.1", "nan"])

@@ -286,7 +286,11 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     problem = _StepProblem.after(at, end)
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
-    first = BranchPoint(problem, _onwards(problem, state, at.point.arc))
+    point = _onwards(problem, state, at.point.arc)
+    if point.negatives > 0:
+        # It is about to be lost: as long as all sticks there is an event ahead.
+        point = continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0), at.point.arc)
+    first = BranchPoint(problem, point)
 
     def stops(problem: MovingContact) -> list[Event]:
         return [zero(REACHED, lambda point: end - point.lam), lift_off_of_all(problem), LIMIT]
