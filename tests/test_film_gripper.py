@@ -92,6 +92,15 @@ def test_the_stated_sd_is_the_scatter(noise: float, motion: float) -> None:
     assert np.all((scatter > 0.7) & (scatter < 1.4)), scatter
 
 
+@pytest.mark.parametrize(("side", "blur"), [(18.0, 1.1), (24.0, 1.5)])
+def test_small_markers_out_of_focus_are_found(side: float, blur: float) -> None:
+    rng = np.random.default_rng(3)
+    for number in range(24):
+        (x, y), angle = 60.0 + rng.uniform(0.0, 1.0, 2), rng.uniform(-0.1, 0.1)
+        picture = marker_picture(A4, number, (x, y), side, angle, size=(120, 120), blur=blur)
+        assert Marker("4x4_50", number).find(exposed(picture, 2.0, rng)) is not None, number
+
+
 def test_no_marker() -> None:
     rng = np.random.default_rng(0)
     image = exposed(marker_picture(A4, 7, (120.0, 100.0), 50.0), 2.0, rng)
