@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 NODES = 201
 """Nodes along the strip at which states on a path are stored: their own meshes differ."""
 NOT_FOLLOWED = "not followed: the statics end here"
-THIN, FINER = 0.01, 0.5
+THIN_SOLID, HALVED = 0.01, 0.5
 """Thickness, L*, below which the solid's elements err by more than the thickness does, so that coarser ones lead to the
 same side of a bifurcation; and the ratio of their lengths on the mesh that it is compared with then."""
 
@@ -635,7 +635,7 @@ def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None
 
 def _other_size(asked: PathInputs) -> float:
     """Ratio of the lengths of the elements on the mesh of the comparison."""
-    return FINER if asked.model == "solid" and asked.material.relative_thickness < THIN else COARSER
+    return HALVED if asked.model == "solid" and asked.material.relative_thickness < THIN_SOLID else COARSER
 
 
 def _other_mesh(asked: PathInputs) -> str:

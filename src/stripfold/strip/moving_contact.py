@@ -79,7 +79,7 @@ class MovingContact(ByFields):
     def _per_element(self) -> int:
         """Columns of an element beside its first."""
         model = self.mesh.model
-        return (len(model.s) - 1) // (len(model.lengths))
+        return (len(model.s) - 1) // len(model.lengths)
 
     @cached_property
     def _released(self) -> Index:

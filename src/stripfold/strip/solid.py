@@ -144,7 +144,7 @@ class Solid(Model):
 
     @property
     def _order(self) -> int:
-        return (len(self.unknowns) - 1) // (len(self.lengths))
+        return (len(self.unknowns) - 1) // len(self.lengths)
 
     @cached_property
     def s(self) -> Array:
