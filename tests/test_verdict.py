@@ -264,15 +264,16 @@ def test_a_verdict_in_time_lays_the_strip_on_a_ridge_where_it_may_ruck(share: fl
 
 
 @pytest.mark.slow
-def test_a_change_of_contact_behind_which_cloth_is_lost_is_a_critical_point() -> None:
-    """A layer comes down first; before and behind the change that then lets the strip go it has other elements."""
+@pytest.mark.parametrize("model", ["rod", "solid"])
+def test_cloth_whose_layer_comes_down_is_not_lost(model: Any) -> None:
+    """M_0 of 1.09 rho_a g L*^2.  An explicit chain of masses, too, is nowhere fast, and its fold is off by 0.190 L*."""
     told = sf.Strip(length=0.16390832543282066, eta_b=23333.127520739778)
     path = lifted_triangular(told, told.gravity_length)
     strip = sf.Strip(length=told.length, eta_b=1.2 * told.eta_b)
     step = 0.25 * strip.gravity_length
-    found = strip.assess(path, model="rod", friction_moment=0.002520658377550087, step=step)
-    assert not found.stable
-    assert found.critical[0]["kind"] == "snap-through"
+    found = strip.assess(path, model=model, friction_moment=0.002520658377550087, step=step)
+    assert found.stable
+    assert found.shape_error == pytest.approx(0.190 * strip.gravity_length, rel=0.03)
 
 
 def test_a_thick_strip_that_is_pushed_is_crushed_and_does_not_snap_by_its_elements() -> None:
