@@ -458,8 +458,10 @@ def assess(
             progress("on another mesh")
         try:
             factor = _other_size(asked)
-            again = followed(seen, factor * refinement) if memory or factor < 1.0 else None
-            other = again or _again(found, strip, seen, fall, factor * refinement)
+            if memory or factor < 1.0:
+                other = followed(seen, factor * refinement)
+            else:
+                other = _again(found, strip, seen, fall, factor * refinement)
             changes, touch_change, dependence = mesh_change(found, other, _other_mesh(asked))
         except SolveError as error:
             dependence = " ".join(f"{_other_mesh(asked)} the strip could not be followed: {error}".split())

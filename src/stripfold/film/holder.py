@@ -258,7 +258,7 @@ class Marker(Holder):
         self._number, self.name = number, f"marker {number} of {dictionary}"
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-        # Of each cell its middle is read: by the usual ones a small marker may not be told in a clear picture.
+        # The middle of each cell is read: with OpenCV's own settings small markers are missed, some in clear pictures.
         parameters.perspectiveRemovePixelPerCell = 8
         parameters.perspectiveRemoveIgnoredMarginPerCell = 0.3
         self._detector = cv2.aruco.ArucoDetector(known, parameters)

@@ -246,8 +246,7 @@ def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
     problem, point = at.problem, at.point
     if motion != problem.motion:
         problem = MovingContact(problem.mesh, motion, problem.effects, problem.remembered)
-        point = continuation.evaluate(problem, point.state, Tangent(np.zeros(problem.size), 1.0), point.arc)
-        at = BranchPoint(problem, point)
+        at = BranchPoint(problem, _rising(problem, point.state, point.arc))
     if problem.mesh.drifted(at.contact):
         return transferred(at)
     return at
@@ -286,10 +285,10 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     problem = _StepProblem.after(at, end)
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
-    point = _onwards(problem, state, at.point.arc)
+    point = _rising(problem.sliding, state, at.point.arc)
     if point.negatives > 0:
         # It is about to be lost: as long as all sticks there is an event ahead.
-        point = continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0), at.point.arc)
+        point = _rising(problem, state, at.point.arc)
     first = BranchPoint(problem, point)
 
     def stops(problem: MovingContact) -> list[Event]:
@@ -340,7 +339,7 @@ def _followed(
                 last = item
             yield item
     except ContinuationError as error:
-        point = _onwards(last.problem, last.point.state, last.point.arc)
+        point = _rising(last.problem.sliding, last.point.state, last.point.arc)
         if point.negatives > 0:
             raise _lost("it is unstable once another element slides", point.lam) from error
         if last is first:
@@ -348,12 +347,12 @@ def _followed(
         yield from _followed(BranchPoint(last.problem, point), stops)
 
 
-def _onwards(problem: MovingContact, state: Equilibrium, arc: float) -> Point:
-    """The point of a state with what is about to slide taken as sliding, and its branch with lambda rising.
+def _rising(problem: MovingContact, state: Equilibrium, arc: float) -> Point:
+    """The point of a state, its branch followed with lambda rising.
 
-    The branch turns where an element begins to slide, and the direction that it came in does not say how it goes on.
+    Where an element begins to slide or the gripper turns, the direction that it came in does not say how it goes on.
     """
-    return continuation.evaluate(problem.sliding, state, Tangent(np.zeros(problem.size), 1.0), arc)
+    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0), arc)
 
 
 def _changed(at: BranchPoint, end: float) -> BranchPoint:

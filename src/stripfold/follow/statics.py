@@ -163,8 +163,8 @@ def leg(
         # Behind it the sag would be in the floor, or nothing would lie.
         return Leg([*states, stopped.before], ENDS[stopped.event.name])
     if limit is BRACKETED:
-        problem, last, next_ = stopped.before.problem, stopped.before.point, stopped.after.point
-        found = critical.locate(problem, last, next_, tolerance, options)
+        problem = stopped.before.problem
+        found = critical.locate(problem, stopped.before.point, stopped.after.point, tolerance, options)
     else:
         # On other elements the limit point may lie a little before.
         planned = map(_replanned, reversed(states))

@@ -21,7 +21,7 @@ from stripfold.elastica.state import State
 from stripfold.paths.curve import GripperPath, pieces_through
 
 LEAST_LAID = 0.1
-"""Length that lies of the upper layer of a fold, at least, L*: with less the gripper is as low as the sag."""
+"""Least length of a fold's upper layer that lies, L*: with less, the gripper is as low as the sag when that touches."""
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
 
