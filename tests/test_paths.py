@@ -12,6 +12,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
 from stripfold import Strip, elastica, paths
+from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow.contact_branch import STEPS
 from stripfold.follow.fall import assess_strip
@@ -281,8 +282,20 @@ class TestThinStrips:
 
     def test_the_comparison_of_elements_sees_both_sides_of_a_bifurcation(self) -> None:
         strip = Strip(length=0.4266, eta_b=3780.0, eta_m=1.28e-5)
-        (event,) = strip.assess(paths.r_path(strip)).critical
+        (event,) = strip.assess(paths.r_path(strip), model="solid").critical
         assert 0.01 < abs(event["change"]) < 0.02
+
+    def test_a_thin_strip_is_a_rod_unless_the_solid_is_asked_for(self) -> None:
+        """The rod is where the solid comes to with finer elements."""
+        given = {"length": 0.4266, "eta_b": 3780.0, "eta_m": 1.28e-5}
+        strip = Strip(**given)
+        path = paths.r_path(strip)
+        (event,), (solid,) = strip.assess(path).critical, strip.assess(path, model="solid").critical
+        assert event["z"] == pytest.approx(strip.assess(path, model="rod").critical[0]["z"], abs=1e-6)
+        assert abs(event["change"]) < 1e-3 < abs(solid["change"])
+        assert Simulation(**given, height=0.09).model == "rod"
+        assert Simulation(**given, height=0.09, model="solid").model == "solid"
+        assert Simulation(**given | {"eta_m": 1e-3}, height=0.09).model == "solid"
 
 
 class TestEndOfAPath:

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold.ask.collapse import in_solver_units
 from stripfold.ask.friction import refinement_of
-from stripfold.ask.inputs import PathInputs, Release
+from stripfold.ask.inputs import THIN_SOLID, PathInputs, Release
 from stripfold.ask.second_gripper import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
 from stripfold.base.arguments import checked, file_name
@@ -71,9 +71,9 @@ if TYPE_CHECKING:
 NODES = 201
 """Nodes along the strip at which states on a path are stored: their own meshes differ."""
 NOT_FOLLOWED = "not followed: the statics end here"
-THIN_SOLID, HALVED = 0.01, 0.5
-"""Thickness, L*, below which the solid's elements err by more than the thickness does, so that coarser ones lead to the
-same side of a bifurcation; and the ratio of their lengths on the mesh that it is compared with then."""
+HALVED = 0.5
+"""Ratio of the lengths of the elements on the mesh that a thin solid is compared with: coarser ones lead to the same
+side of a bifurcation."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -214,9 +214,13 @@ class PathAssessment(Result):
             ("peak push", self._push()),
             ("completed", self._completed()),
             *self._second_rows(),
+            *([("model", f"rod: thinner than {THIN_SOLID:g} L*")] if self._is_thin() else []),
             ("mesh", self._mesh()),
             ("time", f"{self.seconds:.1f} s"),
         ]
+
+    def _is_thin(self) -> bool:
+        return self.asked.model is None and self.asked.kind == "rod"
 
     def _mesh(self) -> str:
         """What another mesh says."""
@@ -383,7 +387,8 @@ class PathAssessment(Result):
         return isinstance(other, PathAssessment) and self.path == other.path and super().__eq__(other)
 
     def config(self) -> dict[str, Any]:
-        return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}
+        model, path = self.asked.kind, self.path
+        return {**self.asked.model_dump(), "model": model, "path": path.name, "fold_at": path.fold_at}
 
 
 def assess(
@@ -410,7 +415,7 @@ def assess(
         advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
         raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
     thickness, curl = material.relative_thickness, asked.curl_star
-    strip = StripModel(asked.length_star, thickness, material.nu, kind=asked.model, curl=curl)
+    strip = StripModel(asked.length_star, thickness, material.nu, kind=asked.kind, curl=curl)
     moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
     fall = replace(in_solver_units(Release(), material), tolerance=tolerance) if asked.fall else None
     memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
@@ -429,7 +434,7 @@ def assess(
             )
         law, memory = ("hysteresis", width or moment), True
     if asked.friction_moment is not None or asked.bending_test is not None:
-        refinement *= refinement_of(asked.model, law[1])
+        refinement *= refinement_of(asked.kind, law[1])
     effects = effects_of(*law, None if yield_curvature is None else yield_curvature * unit, bending)
 
     def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
@@ -637,7 +642,7 @@ def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None
 
 def _other_size(asked: PathInputs) -> float:
     """Ratio of the lengths of the elements on the mesh of the comparison."""
-    return HALVED if asked.model == "solid" and asked.material.relative_thickness < THIN_SOLID else COARSER
+    return HALVED if asked.kind == "solid" and asked.material.relative_thickness < THIN_SOLID else COARSER
 
 
 def _other_mesh(asked: PathInputs) -> str:

@@ -54,6 +54,10 @@ MOST_UNCERTAIN = 0.5
 UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
 
+THIN_SOLID = 0.01
+"""Thickness, L*, below which a moving strip is a rod unless the solid is asked for: its elements err by more than the
+thickness does, and may lead to the other side of a bifurcation."""
+
 Model = Literal["solid", "rod", "elastica", "auto"]
 Law = Literal["svk", "printed"]
 
@@ -82,6 +86,11 @@ class Strip(Input):
     def length_star(self) -> float:
         """Length of the strip, L*."""
         return self.length / self.gravity_length
+
+    @property
+    def usual_model(self) -> MovingModel:
+        """The model of the strip in motion, unless another is asked for."""
+        return "rod" if self.material.relative_thickness < THIN_SOLID else "solid"
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -305,7 +314,12 @@ TableFriction = Annotated[
 class PathInputs(Curled):
     """A strip to be moved along a path, its model, its falls and its friction."""
 
-    model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
+    model: Annotated[
+        MovingModel | None,
+        Field(
+            description=f"the paper's finite elements, or a rod; by default solid, below {THIN_SOLID:g} L* thick rod"
+        ),
+    ] = None
     fall: Annotated[Flag, Field(description="simulate the fall at a critical point, and go on after it")] = False
     friction_moment: Annotated[
         Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", ge=0.0, le=1e3)
@@ -331,6 +345,11 @@ class PathInputs(Curled):
         Text | None,
         Field(description="table curvature,moment of a bending test, 1/m and N, and unloading if known: its own law"),
     ] = None
+
+    @property
+    def kind(self) -> MovingModel:
+        """The model, or the usual one."""
+        return self.model or self.usual_model
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
@@ -528,7 +547,7 @@ def _all_auto(value: Any) -> Any:
 class Simulation(Held, Release):
     """A strip through its collapse: a scene, how the strip is released, and with which effects.
 
-    The model is the solid, or what ``model`` says; with ``effects`` and without ``model``, what those say or need.
+    The model is the usual one, or what ``model`` says; with ``effects`` and without ``model``, what those say or need.
     """
 
     model: Annotated[
@@ -555,6 +574,8 @@ class Simulation(Held, Release):
     def _resolve_model(self) -> Self:
         given = self.model_fields_set
         solid = self.effects.solid
+        if not given & {"model", "effects"}:
+            object.__setattr__(self, "model", self.usual_model)
         if "model" in given or "effects" not in given:
             wanted = "on" if self.model == "solid" else "off"
             if solid not in ("auto", wanted):

@@ -161,7 +161,8 @@ class Strip:
         release
             Release of the strip and damping of its fall, or their keys and values.
         model
-            "solid" or "rod"; without it the solid, or with ``effects`` the model that those say or need.
+            "solid" or "rod"; without it the solid, the rod for a strip thinner than 0.01 L*, or with ``effects`` the
+            model that those say or need.
         effects
             "auto", "on" or "off" by the effect's name (docs/effects.md); "auto" where none is given.
         friction_moment
@@ -205,7 +206,7 @@ class Strip:
         layer_friction: float | None = None,
         step: float | None = None,
         second_gripper: float | Literal["auto"] | None = None,
-        model: MovingModel = "solid",
+        model: MovingModel | None = None,
         gripper: Gripper = "hinge",
         flatness: float = 5e-4,
         table_friction: float | None = None,
@@ -238,7 +239,7 @@ class Strip:
             Place along the strip, from the first gripper, m, that a second one holds from shortly before the first
             critical point on, or "auto": the result then has a ``second_gripper``; without friction.
         model
-            "solid" or "rod".
+            "solid" or "rod"; without it the solid, or the rod for a strip thinner than 0.01 L*.
         gripper
             How it holds the strip: "hinge", as in the paper; clamped, "fixed" as it grasped the flat strip, or
             "turning" as the path says: an R-path, or a table with a column ``angle``.  A clamp is there in statics and
