@@ -14,6 +14,7 @@ from scipy.optimize import minimize_scalar
 from stripfold import Strip, elastica, paths
 from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
+from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
@@ -296,6 +297,17 @@ class TestThinStrips:
         assert Simulation(**given, height=0.09).model == "rod"
         assert Simulation(**given, height=0.09, model="solid").model == "solid"
         assert Simulation(**given | {"eta_m": 1e-3}, height=0.09).model == "solid"
+
+
+def test_a_ruck_that_ends_at_the_held_end_is_told(tmp_path: Path) -> None:
+    """A low gripper pushes until what lies buckles, and the ruck runs to the pinned end and lifts the strip there."""
+    unit, rows = Material(3780.0).gravity_length, [(-6.1108, 0), (-5.0225, 0.0858), (-4.195, 3.7561), (-0.6955, 0.3747)]
+    table = "".join(f"{t},{unit * x},{unit * z}\n" for t, (x, z) in enumerate(rows))
+    (tmp_path / "pushes.csv").write_text(f"t,x,z\n{table}", encoding="utf-8")
+    strip = Strip(length=12.2216 * unit, eta_b=3780.0, eta_m=3780.0 * (0.01746 * unit) ** 2 / 12.0)
+    found = strip.assess(paths.read(tmp_path / "pushes.csv", strip), model="rod", fall=True)
+    assert [event["kind"] for event in found.critical] == ["compression"]
+    assert found.failure
 
 
 class TestEndOfAPath:
