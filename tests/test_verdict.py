@@ -206,6 +206,18 @@ def straight() -> GripperPath:
     return GripperPath("straight", pieces_through([("up", places)]))
 
 
+def test_a_thin_strip_that_is_pushed_from_its_start_moves_as_a_thicker_one() -> None:
+    """It buckles at once; from the flat strip no first state was found."""
+    path, shapes = GripperPath("steep", pieces_through([("up", np.array([[-4.5, 0.0], [-4.1, 0.4]]))])), []
+    for thickness in (0.006, 0.012):
+        strip = StripModel(9.0, thickness, kind="rod")
+        moved = follow_in_time(strip, path, 0.4, damping=Damping(air=0.1, stiffness=0.06), speed=0.1)
+        problem, last = moved.states[-1]
+        shapes.append(problem.model.mid_surface(last.q))
+    np.testing.assert_allclose(*shapes, atol=0.02)
+    assert shapes[0][:, 1].max() > 0.8
+
+
 @pytest.mark.parametrize(
     ("height", "width", "ruck"),
     [

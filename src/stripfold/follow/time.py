@@ -24,7 +24,7 @@ from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
 from stripfold.follow.fall import TOUCH_TOLERANCE, Fall, to_rest
 from stripfold.follow.memory import STEP, effects_of, load, with_effects
-from stripfold.follow.statics import FIRST, StripModel, lift, start_along_x
+from stripfold.follow.statics import StripModel, from_flat, lift, start_along_x
 from stripfold.follow.track import End, StripState, Track, grip_and_hold
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.motion import TimedPath
@@ -134,17 +134,20 @@ def follow_in_time(
         is_free |= np.abs(model.s - ridge.place) < (72.0 * ridge.height) ** 0.25
         is_free[np.argmin(np.abs(model.s - ridge.place))] = False
     lies = np.setdiff1d(problem.bounded, model.middle[is_free, 1])
-    q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
+    # From the flat strip it might go over to another branch: a gripper that advances makes a thin one buckle at once.
+    lifted = from_flat(strip.contact_mesh(refinement), path, strip.length)
+    guess = lifted.model.resampled(lifted.point.q[: lifted.problem.n], model.s)
+    q = newton.solve(problem, guess, lifted.lam, lies, options=ROBUST_NEWTON).q
     hysteresis = (Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=q),) if moment else ()
     layers = (LayerFriction.of(model, mu, q, problem.reaction),) if mu else ()
     problem = replace(problem, effects=(*hysteresis, *layers))
     on_floor = problem.bounded[q[problem.bounded] <= problem.lower]
-    first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
+    first = dynamics.start(problem, q, np.zeros(model.size), lifted.lam, on_floor)
     if isinstance(speed, TimedPath):
-        drive: Drive = (timing := speed.starting_at(FIRST))
+        drive: Drive = (timing := speed.starting_at(lifted.lam))
         moving = float(timing.t[-1])
     else:
-        drive, moving = Moving(FIRST, speed, path.length), (path.length - FIRST) / speed
+        drive, moving = Moving(lifted.lam, speed, path.length), (path.length - lifted.lam) / speed
     return _followed(problem, first, drive, damping, options, moving, Percent(progress, "following the path in time"))
 
 
