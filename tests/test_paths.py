@@ -14,7 +14,6 @@ from scipy.optimize import minimize_scalar
 from stripfold import Strip, elastica, paths
 from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
-from stripfold.base.material import Material
 from stripfold.follow.contact_branch import STEPS
 from stripfold.follow.fall import assess_strip
 from stripfold.follow.statics import StripModel
@@ -301,10 +300,9 @@ class TestThinStrips:
 
 def test_a_ruck_that_ends_at_the_held_end_is_told(tmp_path: Path) -> None:
     """A low gripper pushes until what lies buckles, and the ruck runs to the pinned end and lifts the strip there."""
-    unit, rows = Material(3780.0).gravity_length, [(-6.1108, 0), (-5.0225, 0.0858), (-4.195, 3.7561), (-0.6955, 0.3747)]
-    table = "".join(f"{t},{unit * x},{unit * z}\n" for t, (x, z) in enumerate(rows))
-    (tmp_path / "pushes.csv").write_text(f"t,x,z\n{table}", encoding="utf-8")
-    strip = Strip(length=12.2216 * unit, eta_b=3780.0, eta_m=3780.0 * (0.01746 * unit) ** 2 / 12.0)
+    table = "t,x,z\n0,-0.183250,0\n0.333333,-0.150615,0.002572\n0.666667,-0.125799,0.112638\n1,-0.020857,0.011236\n"
+    (tmp_path / "pushes.csv").write_text(table, encoding="utf-8")
+    strip = Strip(length=0.3664993806260266, eta_b=3780.0, eta_m=8.637368334576566e-05)
     found = strip.assess(paths.read(tmp_path / "pushes.csv", strip), model="rod", fall=True)
     assert [event["kind"] for event in found.critical] == ["compression"]
     assert found.failure
