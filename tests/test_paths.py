@@ -298,14 +298,14 @@ class TestThinStrips:
         assert Simulation(**given | {"eta_m": 1e-3}, height=0.09).model == "solid"
 
 
-def test_a_ruck_that_ends_at_the_held_end_is_told(tmp_path: Path) -> None:
+def test_a_ruck_that_ends_at_the_held_end_is_no_error(tmp_path: Path) -> None:
     """A low gripper pushes until what lies buckles, and the ruck runs to the pinned end and lifts the strip there."""
     table = "t,x,z\n0,-0.183250,0\n0.333333,-0.150615,0.002572\n0.666667,-0.125799,0.112638\n1,-0.020857,0.011236\n"
     (tmp_path / "pushes.csv").write_text(table, encoding="utf-8")
     strip = Strip(length=0.3664993806260266, eta_b=3780.0, eta_m=8.637368334576566e-05)
     found = strip.assess(paths.read(tmp_path / "pushes.csv", strip), model="rod", fall=True)
-    assert [event["kind"] for event in found.critical] == ["compression"]
-    assert found.failure
+    assert found.critical[0]["kind"] == "compression"
+    assert not found.stable
 
 
 class TestEndOfAPath:
