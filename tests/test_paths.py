@@ -20,7 +20,7 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.track import SNAP, End, forces_of, peak_forces, shape_error
 from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
-from stripfold.paths.curve import GripperPath, Interpolated
+from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import RPath, plan_r_path
 
@@ -320,6 +320,18 @@ class TestEndOfAPath:
         places = [touch.travelled for touch in touches if touch]
         assert places[0] == pytest.approx(places[1], abs=1e-4)
         assert 0.07 < path.length - places[0] < 0.1
+
+    @pytest.mark.parametrize("kind", ["rod", "solid"])
+    @pytest.mark.parametrize("back", [0.002, 0.1])
+    def test_a_strip_that_is_laid_down_where_it_lay(self, kind: str, back: float) -> None:
+        """Up and down again: what is off the floor shrinks to nothing, and the statics end before it is gone."""
+        corners = np.array([[-4.0, 0.0], [-3.7, 0.36], [back - 4.0, 0.0]])
+        path = GripperPath("up and down", pieces_through([("up", corners[:2]), ("down", corners[1:])]))
+        found = assess_strip(StripModel(8.0, 0.036, kind=kind), path)
+        assert found.end is End.FLAT
+        problem, last = found.states[-1]
+        assert problem.model.mid_surface(last.q)[:, 1].max() < 2e-3
+        assert path.length - last.lam < 2e-3
 
     @pytest.mark.parametrize(("kind", "refinement"), [("solid", 1.0), ("rod", 0.35)])
     def test_a_gripper_that_lands_beside_a_flat_layer_loses_nothing(self, kind: str, refinement: float) -> None:

@@ -28,7 +28,7 @@ from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.files.tables import read_table
-from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.contact_branch import LOW, STEPS, BranchPoint
 from stripfold.follow.fall import TIME_OPTIONS, Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, effects_of, load_path
 from stripfold.follow.slide import slide_of, slides_on
@@ -39,6 +39,7 @@ from stripfold.follow.track import (
     BUMP_ENERGY,
     COMPRESSION,
     WAVE,
+    End,
     StripState,
     Track,
     first_landing,
@@ -508,7 +509,9 @@ def assess(
     if asked.layer_friction is not None:
         forces = forces_of(states)
     problem, last = states[-1]
-    completed = bool(abs(last.lam - curve.length) < 1e-6)
+    # A gripper below LOW beside the flat strip is on the floor.
+    laid_flat = found.end is End.FLAT and float(seen.position(seen.length)[1]) <= LOW
+    completed = laid_flat or bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
     end_error = float(np.linalg.norm(seen.position(last.lam) - end))
     in_place = completed and end_error <= largest_miss(strip.length, unit)
@@ -533,7 +536,7 @@ def assess(
         slip_t=nan if isnan(slip) else curve.pseudo_time(slip),
         slip_x=slip_x,
         slip_z=slip_z,
-        slide=unit * slide_of(states[-1]),
+        slide=unit * slide_of(states[-1], seen.length if laid_flat else None),
         slide_t=slide_t,
         largest_angle=float(np.degrees(angles.max())),
         tool_room=unit * tool_room(states, angles),

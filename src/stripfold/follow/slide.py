@@ -70,11 +70,11 @@ class Slid(ByValue, Piece):
         return replace(self, start=at[0], end=at[-1], piece=self.piece.moved(factor, x), travelled=at, slides=slides)
 
 
-def slide_of(state: StripState) -> float:
-    """How far what lies has slid along x in a state; 0 of a pinned strip."""
+def slide_of(state: StripState, lam: float | None = None) -> float:
+    """How far what lies has slid along x in a state, or at another lambda of its motion; 0 of a pinned strip."""
     motion = state.problem.motion
     if isinstance(motion, AlongPath) and isinstance(motion.path, Slid):
-        return float(motion.path.slide.at(state.lam)[0])
+        return float(motion.path.slide.at(state.lam if lam is None else lam)[0])
     return 0.0
 
 

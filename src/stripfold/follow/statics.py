@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from typing import Any, Literal, NamedTuple
 
@@ -20,11 +21,13 @@ from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
     LIFTED,
     LOW,
+    NEAR_FLOOR,
     STEPS,
     UNHELD,
     BranchCrossing,
     BranchPoint,
     Planned,
+    height_over_low,
     lift_off_of_all,
     solved,
     touch,
@@ -55,7 +58,8 @@ BRACKETED = replace(LIMIT, tolerance=1e-3)
 """A critical point located while the branch is followed: a step that leads to another branch is shortened."""
 FIRST = 0.01
 """Largest length travelled at the first state of a path, L*."""
-ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN}
+FLAT = "landing on the flat strip"
+ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN, FLAT: End.FLAT}
 """The ends by the names of their events."""
 
 
@@ -111,6 +115,9 @@ def branch(
 
     def stops(problem: MovingContact) -> list[Event]:
         events = [limit] if until == "end" else [touch(problem), lift_off_of_all(problem), limit]
+        if until == "end" and len(problem.mesh.topology) == 2:
+            # No layer is above what lies: what is off the floor shrinks to nothing.
+            events.insert(0, zero(FLAT, partial(height_over_low, problem), NEAR_FLOOR))
         if isinstance(problem.motion, TwoGrippers):
             events.insert(0, zero(DOWN, lambda point: float(problem.motion.values(point.lam)[-1])))
         return events

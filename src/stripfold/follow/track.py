@@ -88,6 +88,7 @@ class End(StrEnum):
     DOWN = "down"
     REST = "rest"
     LAYERS = "layers"
+    FLAT = "flat"
     PATH = "end of the path"
 
     @property
@@ -100,6 +101,7 @@ class End(StrEnum):
             End.DOWN: "the second gripper is down on the lower layer",
             End.REST: "the strip is at rest",
             End.LAYERS: "layers meet above the floor",
+            End.FLAT: "the strip lies flat again",
             End.PATH: "the path ends",
         }[self]
 
