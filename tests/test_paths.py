@@ -333,6 +333,15 @@ class TestEndOfAPath:
         assert problem.model.mid_surface(last.q)[:, 1].max() < 2e-3
         assert path.length - last.lam < 2e-3
 
+    def test_a_gripper_that_dips_to_the_floor_as_it_starts_goes_on(self) -> None:
+        """As in a robot's log with noise."""
+        start = np.array([[-4.0, 0.0], [-3.999, 2e-3], [-3.998, 6e-4], [-3.997, 3e-3]])
+        fold = np.array([start[-1], [0.0, 4.0], [4.0, 0.0]])
+        path = GripperPath("log", pieces_through([("start", start), ("up", fold[:2]), ("down", fold[1:])]))
+        found = assess_strip(StripModel(8.0, 0.036, kind="rod"), path)
+        assert found.end is End.PATH
+        assert found.touch
+
     @pytest.mark.parametrize(("kind", "refinement"), [("solid", 1.0), ("rod", 0.35)])
     def test_a_gripper_that_lands_beside_a_flat_layer_loses_nothing(self, kind: str, refinement: float) -> None:
         """The layer lies down when the gripper is nearly on the floor, and so up to it."""

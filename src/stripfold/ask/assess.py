@@ -28,7 +28,7 @@ from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.files.tables import read_table
-from stripfold.follow.contact_branch import LOW, STEPS, BranchPoint
+from stripfold.follow.contact_branch import STEPS, BranchPoint
 from stripfold.follow.fall import TIME_OPTIONS, Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, effects_of, load_path
 from stripfold.follow.slide import slide_of, slides_on
@@ -509,8 +509,7 @@ def assess(
     if asked.layer_friction is not None:
         forces = forces_of(states)
     problem, last = states[-1]
-    # A gripper below LOW beside the flat strip is on the floor.
-    laid_flat = found.end is End.FLAT and float(seen.position(seen.length)[1]) <= LOW
+    laid_flat = found.end is End.FLAT
     completed = laid_flat or bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
     end_error = float(np.linalg.norm(seen.position(last.lam) - end))

@@ -222,7 +222,7 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
         changes[released] = partial(_changed_to, number=i, parts=(False,))
         flattened = zero("flattening of the sag", partial(curvature, problem, i))
         changes[flattened] = partial(_flattened, number=i)
-    height = partial(height_over_low, problem)
+    height = partial(_height_over_low, problem)
     if topology[0]:
         changes[zero("take-off of the gripper", lambda point: -height(point), NEAR_FLOOR)] = _taken_off
     elif len(topology) > 2 and topology[1]:
@@ -244,15 +244,14 @@ def _length(problem: MovingContact, part: int, point: Point) -> float:
     return float(problem.mesh.parts(problem.contact(point.q))[part]) - 0.5 * FIRST_INTERVAL
 
 
-def height_over_low(problem: MovingContact, point: Point) -> float:
-    """Height of the gripper over :data:`LOW`, L*."""
+def _height_over_low(problem: MovingContact, point: Point) -> float:
     return float(problem.motion.values(point.lam)[:2][-1]) - LOW
 
 
 def _height_of_landing(problem: MovingContact, point: Point) -> float:
     """Height over LOW; of a loop that stands beside the gripper, which does not land, one that is positive."""
     loop = problem.contact(point.q)[0] > LOOP * _beside(LOW, problem.mesh.model.curl)
-    return 1.0 if loop else height_over_low(problem, point)
+    return 1.0 if loop else _height_over_low(problem, point)
 
 
 def _landed(at: BranchPoint) -> BranchPoint:

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
+from stripfold.base.numerics import root
 from stripfold.base.progress import BEFORE, Percent
 from stripfold.follow import contact_branch
 from stripfold.follow.contact_branch import (
@@ -27,7 +29,6 @@ from stripfold.follow.contact_branch import (
     BranchCrossing,
     BranchPoint,
     Planned,
-    height_over_low,
     lift_off_of_all,
     solved,
     touch,
@@ -105,19 +106,25 @@ class StripModel:
 
 
 def branch(
-    at: BranchPoint, end: float = inf, until: Until = "end", options: StepOptions = STEPS, limit: Event = LIMIT
+    at: BranchPoint,
+    end: float = inf,
+    until: Until = "end",
+    options: StepOptions = STEPS,
+    limit: Event = LIMIT,
+    floor: float = inf,
 ) -> Iterator[BranchPoint | BranchCrossing]:
     """Follow a branch from a state to lambda = ``end``, or to the event that ends it before, which is yielded.
 
     With ``until="end"`` it goes on through the changes of its contact.  ``limit``: the event of a critical point.
+    ``floor``: lambda from which on the gripper is on the floor, where one beside a flat strip ends the branch.
     Raises SolveError: when a state or the branch cannot be computed.
     """
 
     def stops(problem: MovingContact) -> list[Event]:
         events = [limit] if until == "end" else [touch(problem), lift_off_of_all(problem), limit]
-        if until == "end" and len(problem.mesh.topology) == 2:
+        if len(problem.mesh.topology) == 2:
             # No layer is above what lies: what is off the floor shrinks to nothing.
-            events.insert(0, zero(FLAT, partial(height_over_low, problem), NEAR_FLOOR))
+            events.insert(0, zero(FLAT, lambda point: floor - point.lam, NEAR_FLOOR))
         if isinstance(problem.motion, TwoGrippers):
             events.insert(0, zero(DOWN, lambda point: float(problem.motion.values(point.lam)[-1])))
         return events
@@ -145,6 +152,7 @@ def leg(
     tolerance: float = LAMBDA_TOLERANCE,
     seen: Callable[[float], None] = lambda _: None,
     limit: Event = LIMIT,
+    floor: float = inf,
 ) -> Leg:
     """Follow a branch as :func:`branch` does, and locate a critical point that ends it, on elements planned for it.
 
@@ -152,11 +160,12 @@ def leg(
     bracketed as the branch is followed once more.
 
     ``tolerance``: width of the bracket of lambda_c.  ``seen``: called with each lambda.  ``limit``: the event of a
-    critical point, :data:`BRACKETED` once more.  Raises SolveError: when the branch cannot be followed, or its critical
-    point not be located.
+    critical point, :data:`BRACKETED` once more.  ``floor``: as for :func:`branch`.
+
+    Raises SolveError: when the branch cannot be followed, or its critical point not be located.
     """
     states, stopped = [at], None
-    for item in branch(at, end, until, options, limit):
+    for item in branch(at, end, until, options, limit, floor):
         if isinstance(item, BranchCrossing):
             stopped = item
         elif item is not at:
@@ -180,7 +189,7 @@ def leg(
         try:
             found = critical.near(problem, near.point, tolerance, options)
         except SolveError:
-            rest = leg(near, end, until, options, tolerance, seen, BRACKETED)
+            rest = leg(near, end, until, options, tolerance, seen, BRACKETED, floor)
             return rest._replace(states=[state for state in states if state.lam < near.lam] + rest.states)
         if found.lam >= end:
             at_end = continuation.step_to(states[-1].problem, states[-1].point, end, options)
@@ -289,6 +298,17 @@ def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     return contact_branch.from_flat(mesh, AlongPath(piece, length, path.gripper), first)
 
 
+def on_floor_from(path: GripperPath) -> float:
+    """Return the length travelled from which on the gripper is on the floor up to the path's end; inf for none."""
+
+    travelled, places = path.sampled(5.0 * FIRST)
+    above = np.flatnonzero(places[:, 1] > LOW)
+    if not above.size or above[-1] == len(travelled) - 1:
+        return inf
+    before, after = travelled[above[-1] : above[-1] + 2].tolist()
+    return root(lambda at: float(path.position(at)[1]) - LOW, before, after, 1e-9)
+
+
 def follow(
     mesh: Planned,
     path: GripperPath,
@@ -307,13 +327,13 @@ def follow(
     when a state or the branch cannot be computed.
     """
     at = first or from_flat(mesh, path, length)
-    followed = Percent(progress, "following the path")
+    followed, floor = Percent(progress, "following the path"), on_floor_from(path)
     points, pieces, events, end = [at], [piece], list[CriticalEvent](), None
     while end is None:
         at = points[-1]
         if at.lam < path.pieces[piece].end:
             states, end, event, _ = leg(
-                at, path.pieces[piece].end, until, options, seen=lambda lam: followed(lam / path.length)
+                at, path.pieces[piece].end, until, options, seen=lambda lam: followed(lam / path.length), floor=floor
             )
             events += [event] if event else []
             points += states[1:]
