@@ -552,7 +552,7 @@ class Simulation(Held, Release):
 
     model: Annotated[
         MovingModel,
-        Field(description=f"the paper's finite elements, or a rod, as what is below {THIN_SOLID:g} L* thick usually is"),
+        Field(description=f"the paper's finite elements, or a rod, as below {THIN_SOLID:g} L* thickness usual"),
     ] = "solid"
     layer_friction: Annotated[
         Number, quantity("coefficient of friction between the layers and on the floor", ge=0.0, le=MAX_MU)
