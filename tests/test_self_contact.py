@@ -13,7 +13,7 @@ from stripfold.solve.dynamics import Moving, TimeOptions
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.strip.problem import AlongX, StripProblem
 from stripfold.strip.rod import Rod
-from stripfold.strip.self_contact import SelfContact, pair_energy, pair_force
+from stripfold.strip.self_contact import Pairs, SelfContact, pair_energy, pair_force, smooth_step
 
 H = 0.1
 
@@ -65,6 +65,49 @@ def test_force_is_the_gradient_of_the_energy(height: float) -> None:
     for k, turn in enumerate(e * np.eye(6)):
         slope = (pair_energy(x + turn, H) - pair_energy(x - turn, H)) / (2.0 * e)
         np.testing.assert_allclose(force[:, k], slope, atol=1e-8)
+
+
+def crumpled(random: np.random.Generator) -> tuple[Array, Array]:
+    """Arc lengths of the nodes of a polygon above the floor that may cross itself, and their places, shape (n, 2)."""
+    sides, turns = random.uniform(0.02, 0.1, 80), np.cumsum(random.normal(0.0, 0.3, 80))
+    steps = sides[:, None] * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    places = np.cumsum(np.vstack([[0.0, 0.5], steps]), axis=0)
+    return np.append(0.0, np.cumsum(sides)), np.abs(places)
+
+
+def everywhere(places: Array, thickness: float) -> tuple[Array, Array]:
+    """Actual and required distances of all nodes and segments, shape (n, n - 1)."""
+    (x, z), (along, up) = places.T, np.diff(places, axis=0).T
+    a, b = x[:, None] - x[:-1], z[:, None] - z[:-1]
+    foot = np.clip((a * along + b * up) / (along**2 + up**2), 0.0, 1.0)
+    steps = [smooth_step(heights, thickness) for heights in (z, 0.5 * (z[1:] + z[:-1]))]
+    return np.hypot(a - foot * along, b - foot * up), thickness * np.multiply.outer(*steps)
+
+
+def test_the_search_finds_what_a_look_at_all_pairs_does() -> None:
+    random, found = np.random.default_rng(4), 0
+    for _ in range(40):
+        s, places = crumpled(random)
+        moved = np.abs(places + random.normal(0.0, 0.01, places.shape))
+        pairs, arc = Pairs.of(s, H), np.abs(s[:, None] - s)
+        separate = np.minimum(arc[:, :-1], arc[:, 1:]) > 0.5
+        (near, asked), (near_then, asked_then) = everywhere(places, H), everywhere(moved, H)
+        expected = np.nonzero(separate & (np.minimum(near, near_then) < np.maximum(asked, asked_then)))
+        at, then = pairs.measure(places), pairs.measure(moved)
+        np.testing.assert_array_equal(pairs.in_contact(at, then), expected)
+        found += len(expected[0])
+        if not at.crossed:
+            gap = np.min((near - asked)[separate & (asked > 0.0)], initial=np.inf)
+            assert at.gap == pytest.approx(gap, abs=1e-12)
+    assert found > 100
+
+
+def test_a_node_on_a_segment_has_an_energy() -> None:
+    """Its squared distance may be rounded to less than 0."""
+    random = np.random.default_rng(3)
+    a, b = random.uniform(0.3, 1.0, (2, 2000, 2))
+    x = np.concatenate([a + random.uniform(size=(2000, 1)) * (b - a), a, b], axis=1)
+    np.testing.assert_allclose(pair_energy(x, H), 0.5 * H**2, rtol=1e-5)
 
 
 @pytest.mark.parametrize("over_step", [True, False])

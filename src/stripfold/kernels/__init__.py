@@ -1,4 +1,4 @@
-"""Compiled loops: element integrals, bending friction, band matrices, the step's Newton iteration, pictures.
+"""Compiled loops: element integrals, friction in bending, layers in contact, band matrices, a step, pictures.
 
 They know arrays only.  A module compiles on its first import, in seconds, and keeps the result in a cache; the package
 loads it on first use, so that what needs no kernel does not wait for the compiler.  Their NumPy versions, the readable
@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stripfold.kernels import band as band
     from stripfold.kernels import bending as bending
+    from stripfold.kernels import contact as contact
     from stripfold.kernels import coverage as coverage
     from stripfold.kernels import elements as elements
     from stripfold.kernels import solid as solid
     from stripfold.kernels import step as step
 
-MODULES = ("band", "bending", "coverage", "elements", "solid", "step")
+MODULES = ("band", "bending", "contact", "coverage", "elements", "solid", "step")
 FILM = ("line_kernels",)
 """Modules beside what they serve, in :mod:`stripfold.film`."""
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold import kernels
 from stripfold.base.arrays import Array, Index, Mask
 from stripfold.base.errors import NewtonError
 from stripfold.strip.model import Model
@@ -50,40 +51,35 @@ COMPLEX_STEP = 1e-30
 class Pairs:
     """Pairs of a node and a segment that can be in contact; made once per mesh.
 
-    ``thickness``: h, L*: the required distance of layers.  ``separate``: shape (columns, columns - 1), by node and
-    segment: whether they are far apart along the strip.
+    ``thickness``: h, L*: the required distance of layers.  ``before``, ``after``: shape (columns,): the segments before
+    the one and from the other on are far away from a node along the strip.
     """
 
     thickness: float
-    separate: Mask
+    before: Index
+    after: Index
 
     @classmethod
     def of(cls, s: Array, thickness: float) -> Pairs:
         """For nodes at the arc lengths ``s``, shape (columns,)."""
-        distance = np.abs(s[:, None] - s)
-        return cls(thickness, np.minimum(distance[:, :-1], distance[:, 1:]) > max(MIN_ARC_DISTANCE, 5.0 * thickness))
+        reach = max(MIN_ARC_DISTANCE, 5.0 * thickness)
+        before = np.maximum(np.searchsorted(s, s - reach) - 1, 0)
+        return cls(thickness, before, np.searchsorted(s, s + reach, side="right"))
+
+    def separate(self, node: Index, segment: Index) -> Mask:
+        """Whether nodes and segments are far apart along the strip."""
+        return np.asarray((segment < self.before[node]) | (segment >= self.after[node]))
 
     def measure(self, position: Array) -> Distances:
         """Distances in a state with the mid-surface ``position``, shape (columns, 2)."""
         return Distances(self, *np.ascontiguousarray(position.T))
 
-    def between(self, place: Array, height: Array, nodes: Index, segments: Index) -> tuple[Array, Array]:
-        """Actual and required distances of some of the pairs, L*, shape (len(nodes), len(segments))."""
-        along, up = (np.diff(values)[segments] for values in (place, height))
-        x, z = place[nodes, None] - place[segments], height[nodes, None] - height[segments]
-        # In place: these arrays are most of the cost.
-        squared = along**2 + up**2
-        foot = x * (along / squared)
-        foot += z * (up / squared)
-        np.clip(foot, 0.0, 1.0, out=foot)
-        x -= foot * along
-        z -= foot * up
-        x *= x
-        z *= z
-        x += z
-        middle = height[segments] + 0.5 * up
-        steps = (smooth_step(values, self.thickness) for values in (height[nodes], middle))
-        return np.sqrt(x, out=x), self.thickness * np.multiply.outer(*steps)
+    def in_contact(self, one: Distances, other: Distances) -> tuple[Index, Index]:
+        """Nodes and segments in contact in one of two states, or with the required distance of the other."""
+        found = kernels.contact.in_contact(
+            one.place, one.height, other.place, other.height, self.before, self.after, self.thickness
+        )
+        return found[0], found[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +89,6 @@ class Distances:
     pairs: Pairs
     place: Array
     height: Array
-
-    @cached_property
-    def everywhere(self) -> tuple[Array, Array]:
-        """Actual and required distances of all pairs, L*, shape (columns, columns - 1) by node and segment."""
-        columns = np.arange(len(self.height))
-        return self.pairs.between(self.place, self.height, columns, columns[:-1])
 
     @cached_property
     def _middle(self) -> Array:
@@ -111,13 +101,10 @@ class Distances:
         return np.flatnonzero(self.height <= low), np.flatnonzero(self._middle <= low)
 
     @cached_property
-    def _aloft(self) -> tuple[Array, Array]:
-        """Actual and required distances of the pairs off the floor that are far apart along the strip, shape (n,)."""
-        (nodes, segments), columns = self._floor, np.arange(len(self.height))
-        nodes, segments = np.delete(columns, nodes), np.delete(columns[:-1], segments)
-        distance, required = self.pairs.between(self.place, self.height, nodes, segments)
-        separate = self.pairs.separate[np.ix_(nodes, segments)]
-        return distance[separate], required[separate]
+    def _clearance(self) -> tuple[float, float]:
+        of = self.pairs
+        gap, safe = kernels.contact.clearance(self.place, self.height, of.before, of.after, of.thickness, MAX_GAP_RATE)
+        return float(gap), float(safe)
 
     @cached_property
     def crossed(self) -> bool:
@@ -130,25 +117,17 @@ class Distances:
         parted = side[0] * side[1] < 0.0
         one, other = np.nonzero(parted & parted.T)
         node, segment = aloft[one], aloft[other]
-        return bool(np.any(self.pairs.separate[node, segment] & self.pairs.separate[node + 1, segment]))
+        return bool(np.any(self.pairs.separate(node, segment) & self.pairs.separate(node + 1, segment)))
 
     @property
     def gap(self) -> float:
         """The smallest difference of distance and required distance, L*: negative in contact, -h after crossing."""
-        if self.crossed:
-            return -self.pairs.thickness
-        distance, required = self._aloft
-        return float(np.min((distance - required)[required > 0.0], initial=np.inf))
+        return -self.pairs.thickness if self.crossed else self._clearance[0]
 
     @cached_property
     def safe_displacement(self) -> float:
         """Displacement of all nodes, L*, up to which no contact is possible while :meth:`stays_on_floor` holds."""
-        if self.crossed:
-            return 0.0
-        distance, required = self._aloft
-        # The required distance never exceeds h, and is zero on the floor.
-        bound = np.maximum((distance - required) / MAX_GAP_RATE, 0.5 * (distance - self.pairs.thickness))
-        return max(float(np.min(bound, initial=np.inf)), 0.0)
+        return 0.0 if self.crossed else max(self._clearance[1], 0.0)
 
     def stays_on_floor(self, height: Array) -> bool:
         """Whether all parts on the floor are within h of it with the nodes at these heights, L*, shape (columns,)."""
@@ -239,9 +218,9 @@ class SelfContact:
             return 0.0
         if found.crossed:
             raise NewtonError("guard: layers went through each other", advice="take a smaller step")
-        distance, required = found.everywhere
-        penetration = np.where(self.pairs.separate, np.maximum(required - distance, 0.0), 0.0)
-        return 0.5 * self.stiffness * float(self.weight @ np.sum(penetration**2, axis=1))
+        node, segment = self.pairs.in_contact(found, found)
+        stored = pair_energy(self._positions(q, node, segment), self.pairs.thickness)
+        return self.stiffness * float(self.weight[node] @ stored)
 
     def over_step(self, q0: Array, q1: Array) -> ForceAndTangent | None:
         """Contribution to the residual over a step, shape (n,), and its derivative by ``q1``; None without contact.
@@ -255,7 +234,7 @@ class SelfContact:
         node, segment = pairs
         columns = np.stack([node, segment, segment + 1], axis=1)
         unknowns = self.model.middle[columns].reshape(-1, 6)
-        x0, x1 = (self.model.mid_surface(q)[columns].reshape(-1, 6) for q in (q0, q1))
+        x0, x1 = (self._positions(q, node, segment) for q in (q0, q1))
         factor = (self.stiffness * self.weight[node])[:, None]
         h, n = self.pairs.thickness, self.model.size
         local = factor * pair_force(x0, x1, h)
@@ -281,10 +260,12 @@ class SelfContact:
         if (end and self._is_clear(q0, q1, end)) or (begin and self._is_clear(q1, q0, begin)):
             return None
         both = [f or self.pairs.measure(self.model.mid_surface(q)) for f, q in ((begin, q0), (end, q1))]
-        (distance0, required0), (distance1, required1) = (found.everywhere for found in both)
-        distance, required = np.minimum(distance0, distance1), np.maximum(required0, required1)
-        node, segment = np.nonzero(self.pairs.separate & (distance < required))
+        node, segment = self.pairs.in_contact(*both)
         return (node, segment) if len(node) else None
+
+    def _positions(self, q: Array, node: Index, segment: Index) -> Array:
+        """Positions of nodes and of both ends of segments, shape (pairs, 6)."""
+        return self.model.mid_surface(q)[np.stack([node, segment, segment + 1], axis=1)].reshape(-1, 6)
 
 
 def pair_energy(x: Values, thickness: float) -> Values:
@@ -336,7 +317,9 @@ def _squared_distance(p: Values) -> tuple[Values, Values]:
     """The squared distance of node and segment, and the position of its foot along the segment, 0 to 1."""
     foot = p[:, 1] / p[:, 2]
     foot = np.where(foot.real < 0.0, 0.0, np.where(foot.real > 1.0, 1.0, foot))
-    return p[:, 0] - 2.0 * foot * p[:, 1] + foot**2 * p[:, 2], foot
+    squared = p[:, 0] - 2.0 * foot * p[:, 1] + foot**2 * p[:, 2]
+    # Of a node on the segment it may be rounded to less than 0.
+    return np.where(squared.real > 0.0, squared, 0.0), foot
 
 
 def _required(x: Values, thickness: float) -> tuple[Values, Values]:
