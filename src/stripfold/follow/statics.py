@@ -122,7 +122,7 @@ def branch(
 
     def stops(problem: MovingContact) -> list[Event]:
         events = [limit] if until == "end" else [touch(problem), lift_off_of_all(problem), limit]
-        if len(problem.mesh.topology) == 2:
+        if floor < inf and len(problem.mesh.topology) == 2:
             # No layer is above what lies: what is off the floor shrinks to nothing.
             events.insert(0, zero(FLAT, lambda point: floor - point.lam, NEAR_FLOOR))
         if isinstance(problem.motion, TwoGrippers):
