@@ -10,9 +10,14 @@ import pytest
 
 import stripfold as sf
 from stripfold.ask.assess import assess
+from stripfold.ask.friction import refinement_of
 from stripfold.ask.inputs import PathInputs
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
+from stripfold.follow.memory import FIRST_WITH_FRICTION, effects_of, load_path
+from stripfold.follow.statics import StripModel
+from stripfold.follow.track import End
+from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.strip.effects import BendingLaw, Hysteresis, MomentCurvature, split_loop
 from stripfold.strip.rod import Rod
 from stripfold.strip.solid import Solid
@@ -170,3 +175,24 @@ def path_file(folder: Path) -> Path:
     """The path as a table, for strips of another eta_b."""
     PATH.to_csv(folder / "low.csv")
     return folder / "low.csv"
+
+
+@pytest.mark.parametrize(
+    ("end", "length", "thickness", "moment"),
+    [
+        ((0.097, 0.025), 12.74, 0.0358, 0.589),
+        ((0.022, 0.098), 8.46, 0.0429, 0.147),
+    ],
+)
+def test_elements_planned_anew_under_friction_that_is_held(
+    end: tuple[float, float], length: float, thickness: float, moment: float
+) -> None:
+    """In the first steps of a path: the branch with held friction was parallel to the plane in which it was looked for."""
+    start, lifted = np.array([-length / 2.0, 0.0]), []
+    path = GripperPath("up", pieces_through([("up", np.array([start, start + end]))]))
+    for kind in ("rod", "solid"):
+        mesh = StripModel(length, thickness, kind=kind).contact_mesh(refinement_of(kind, moment), memory=True)
+        found = load_path(mesh, path, effects_of("hysteresis", moment), 0.05, begin=FIRST_WITH_FRICTION)
+        assert found.end is End.PATH
+        lifted.append(found.points[-1].contact[-1])
+    assert lifted[1] == pytest.approx(lifted[0], rel=0.1)

@@ -188,8 +188,9 @@ def transferred(
     q = np.concatenate([u, to])
     # Between other nodes the same shape is stretched: the stress is not that of the shape.
     stress = before.model.resampled_stress(at.u, mesh.model)
-    if constraint is None and len(to) != len(here):
-        # The branch of another contact has its own direction; it may turn back at this very lambda.
+    if constraint is None and (new.effects or len(to) != len(here)):
+        # The branch of another contact, or of friction that is held, has its own direction: the normal plane of this
+        # one may not meet it, and it may turn back at this very lambda.
         guess = Linearised(new, q, point.lam, new.bounded, stress)
         new_tangent = guess.tangent(new.metric, Tangent(np.zeros(new.size), point.tangent.lam))
         constraint = (new.metric * new_tangent.q)[new.n :], new_tangent.lam

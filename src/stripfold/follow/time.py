@@ -7,6 +7,7 @@ after the gripper has opened.  In units of L*, sqrt(L*/g) and rho_a g L*.  Sourc
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
@@ -16,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stripfold.base.arrays import Array
-from stripfold.base.errors import SolveError
+from stripfold.base.errors import NewtonError, SolveError
 from stripfold.base.progress import FALL, SLOW, Percent
 from stripfold.follow.contact import lies_apart, lift_off, lying_parts, touches
 from stripfold.follow.contact_branch import BranchPoint
@@ -51,7 +52,7 @@ FINE = 34.0
 """Elements over its width, so that what is free does not jump by one of them under the push."""
 RUCK = 0.1
 """Height of a ruck, L*."""
-CREEP, LOST, CREPT = 0.005, 0.05, 0.2
+CREEP, LOST, CREPT = 0.005, 0.05, 0.3
 """Speed of a gripper that creeps past a static limit, and of the strip at which it stops, sqrt(g L*); way in which that
 has to happen, L*."""
 MAX_STEPS = 20000
@@ -255,8 +256,7 @@ def collapse_with_friction(
     static = static_limit(strip, height, friction, refinement)
     if fall is None:
         return static
-    before, at = static.branch[-2:]
-    problem, first = set_in_motion(before, at, fall.speed or CREEP, model_in_time(at, refinement))
+    problem, first = _released(static.branch, fall.speed or CREEP, refinement)
     model = problem.model
     if self_contact is not None:
         problem = replace(problem, self_contact=SelfContact.of(model, self_contact))
@@ -284,6 +284,14 @@ def collapse_with_friction(
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching", parameter=motion.lam)
     return static.then(motion)
+
+
+def _released(branch: Sequence[BranchPoint], speed: float, refinement: float) -> tuple[StripProblem, TimeState]:
+    """The last state in motion, or the one before: that close to the limit other elements may have none."""
+    first, before, at = branch[-3:]
+    with suppress(NewtonError):
+        return set_in_motion(before, at, speed, model_in_time(at, refinement))
+    return set_in_motion(first, before, speed, model_in_time(before, refinement))
 
 
 @lru_cache(maxsize=1)  # gripper speeds at one height share it
