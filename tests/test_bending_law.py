@@ -187,7 +187,7 @@ def path_file(folder: Path) -> Path:
 def test_elements_planned_anew_under_friction_that_is_held(
     end: tuple[float, float], length: float, thickness: float, moment: float
 ) -> None:
-    """In the first steps of a path: the branch with held friction was parallel to the plane in which it was looked for."""
+    """In the first steps: the branch with held friction was parallel to the plane in which it was looked for."""
     start, lifted = np.array([-length / 2.0, 0.0]), []
     path = GripperPath("up", pieces_through([("up", np.array([start, start + end]))]))
     for kind in ("rod", "solid"):
