@@ -1,1 +1,0 @@
-"""Problems with a known answer, for the tests of the solver."""
