@@ -287,7 +287,7 @@ def collapse_with_friction(
 
 
 def _released(branch: Sequence[BranchPoint], speed: float, refinement: float) -> tuple[StripProblem, TimeState]:
-    """The last state in motion, or the one before: that close to the limit other elements may have none."""
+    """Set the last state in motion, or the one before it: so close to the limit other elements may have none."""
     first, before, at = branch[-3:]
     with suppress(NewtonError):
         return set_in_motion(before, at, speed, model_in_time(at, refinement))
