@@ -55,8 +55,8 @@ UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
 
 THIN_SOLID = 0.01
-"""Thickness, L*, below which a moving strip is a rod unless the solid is asked for: the solid's elements err by more than
-its thickness does, and may lead to the other side of a bifurcation."""
+"""Thickness, L*, below which a moving strip is a rod unless the solid is asked for: the solid's elements err by more
+than its thickness does, and may lead to the other side of a bifurcation."""
 
 Model = Literal["solid", "rod", "elastica", "auto"]
 Law = Literal["svk", "printed"]
