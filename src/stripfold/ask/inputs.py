@@ -316,9 +316,7 @@ class PathInputs(Curled):
 
     model: Annotated[
         MovingModel | None,
-        Field(
-            description=f"the paper's finite elements, or a rod; by default solid, below {THIN_SOLID:g} L* thick rod"
-        ),
+        Field(description=f"the paper's finite elements, or a rod, the default below {THIN_SOLID:g} L* of thickness"),
     ] = None
     fall: Annotated[Flag, Field(description="simulate the fall at a critical point, and go on after it")] = False
     friction_moment: Annotated[
@@ -552,7 +550,7 @@ class Simulation(Held, Release):
 
     model: Annotated[
         MovingModel,
-        Field(description=f"the paper's finite elements, or a rod, as below {THIN_SOLID:g} L* thickness usual"),
+        Field(description=f"the paper's finite elements, or a rod, the default below {THIN_SOLID:g} L* of thickness"),
     ] = "solid"
     layer_friction: Annotated[
         Number, quantity("coefficient of friction between the layers and on the floor", ge=0.0, le=MAX_MU)

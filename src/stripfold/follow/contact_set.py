@@ -79,7 +79,7 @@ def from_nodes(plan: Callable[[Array], ContactMesh], problem: StripProblem, poin
     model = problem.model
     parts = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]
     if parts[-1][0] == parts[-1][1]:
-        raise SolveError("of the strip beside its held end nothing lies", parameter=point.lam)
+        raise SolveError("no part of the strip lies on the floor beside its held end", parameter=point.lam)
     mesh = plan(np.array([parts[-1][0]]))
     error = SolveError("no such state with contact coordinates is near", parameter=point.lam)
     for topology, contact in _guesses(parts, folded=bool(point.q[model.middle[0, 1]] <= 0.0)):

@@ -13,8 +13,6 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal, NamedTuple
 
-import numpy as np
-
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError
 from stripfold.base.numerics import root
@@ -59,8 +57,8 @@ BRACKETED = replace(LIMIT, tolerance=1e-3)
 """A critical point located while the branch is followed: a step that leads to another branch is shortened."""
 FIRST = 0.01
 """Largest length travelled at the first state of a path, L*."""
-FLAT = "landing on the flat strip"
-ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN, FLAT: End.FLAT}
+LAID_FLAT = "landing on the flat strip"
+ENDS = {"touch of the sag": End.TOUCH, LIFTED: End.LIFTED, DOWN: End.DOWN, LAID_FLAT: End.FLAT}
 """The ends by the names of their events."""
 
 
@@ -124,7 +122,7 @@ def branch(
         events = [limit] if until == "end" else [touch(problem), lift_off_of_all(problem), limit]
         if floor < inf and len(problem.mesh.topology) == 2:
             # No layer is above what lies: what is off the floor shrinks to nothing.
-            events.insert(0, zero(FLAT, lambda point: floor - point.lam, NEAR_FLOOR))
+            events.insert(0, zero(LAID_FLAT, lambda point: floor - point.lam, NEAR_FLOOR))
         if isinstance(problem.motion, TwoGrippers):
             events.insert(0, zero(DOWN, lambda point: float(problem.motion.values(point.lam)[-1])))
         return events
@@ -301,12 +299,15 @@ def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
 def on_floor_from(path: GripperPath) -> float:
     """Return the length travelled from which on the gripper is on the floor up to the path's end; inf for none."""
 
-    travelled, places = path.sampled(5.0 * FIRST)
-    above = np.flatnonzero(places[:, 1] > LOW)
-    if not above.size or above[-1] == len(travelled) - 1:
-        return inf
-    before, after = travelled[above[-1] : above[-1] + 2].tolist()
-    return root(lambda at: float(path.position(at)[1]) - LOW, before, after, 1e-9)
+    def height(travelled: float) -> float:
+        return float(path.position(travelled)[1]) - LOW
+
+    after = before = path.length
+    while height(before) <= 0.0:
+        after, before = before, before - 5.0 * FIRST
+        if before <= 0.0:
+            return inf
+    return inf if before == after else root(height, before, after, 1e-9)
 
 
 def follow(

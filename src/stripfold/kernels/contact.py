@@ -68,14 +68,14 @@ def in_contact(x0, z0, x1, z1, before, after, thickness):
     return np.array(nodes, dtype=np.int64), np.array(segments, dtype=np.int64)
 
 
-@compiled(numba.types.UniTuple(number, 2)(vector, vector, index, index, number, number))
-def clearance(x, z, before, after, thickness, rate):
+@compiled(numba.types.UniTuple(number, 2)(vector, vector, index, index, number, number, number))
+def clearance(x, z, before, after, thickness, low, rate):
     """Find the least gap, distance less required distance, of the pairs for which one is required, and a displacement.
 
-    Up to this displacement of all nodes none of the pairs more than h/4 off the floor can come into contact: a gap
+    Up to this displacement of all nodes none of the pairs higher than ``low`` can come into contact: a gap
     shrinks ``rate`` times as fast as nodes move, and no required distance exceeds h.  Infinite where there is no pair.
     """
-    n, spacing, low = len(x), longest(x, z), 0.25 * thickness
+    n, spacing = len(x), longest(x, z)
     gap = safe = np.inf
     for i in range(n):
         if z[i] <= low:

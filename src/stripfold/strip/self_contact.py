@@ -37,6 +37,8 @@ per length of its weight; folds have a quarter of it."""
 MAX_GAP_RATE = 5.0
 """Largest decrease of a gap per displacement of all nodes: the two ends of the distance, and two smooth steps of slope
 3/2 in the required distance."""
+BESIDE_FLOOR = 0.25
+"""Height, over h, up to which a place is beside the floor."""
 STIFFNESS = 100.0
 """Penalty times h^2: a layer that arrives at the speed v, in sqrt(g L*), penetrates by v h / 10."""
 KEPT = 3
@@ -96,14 +98,16 @@ class Distances:
 
     @cached_property
     def _floor(self) -> tuple[Index, Index]:
-        """Nodes and segments within h/4 of the floor: the required distance is zero."""
-        low = 0.25 * self.pairs.thickness
+        """Nodes and segments beside the floor: the required distance is zero."""
+        low = BESIDE_FLOOR * self.pairs.thickness
         return np.flatnonzero(self.height <= low), np.flatnonzero(self._middle <= low)
 
     @cached_property
     def _clearance(self) -> tuple[float, float]:
         of = self.pairs
-        gap, safe = kernels.contact.clearance(self.place, self.height, of.before, of.after, of.thickness, MAX_GAP_RATE)
+        gap, safe = kernels.contact.clearance(
+            self.place, self.height, of.before, of.after, of.thickness, BESIDE_FLOOR * of.thickness, MAX_GAP_RATE
+        )
         return float(gap), float(safe)
 
     @cached_property
