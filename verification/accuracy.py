@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.pieces import MODEL_LOOKS, draw_pareto, entry, headroom, note
+from plots.pieces import MODEL_LOOKS, draw_pareto, entry, headroom, note, plain_numbers
 from stripfold import elastica
 from stripfold.ask import critical
 from stripfold.ask.inputs import Scene
@@ -305,6 +305,8 @@ def draw(data: xr.Dataset) -> Figure:
     for ax in panels[1:count]:
         ax.sharex(panels[0])
     panels[0].autoscale(axis="x")  # to what all of them show
+    for ax in panels[:count]:
+        plain_numbers(ax.xaxis)
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     handles = panels[0].get_legend_handles_labels()[0]

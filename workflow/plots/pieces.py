@@ -115,8 +115,9 @@ def pareto(cost: Array, error: Array) -> Index:
 
 
 def plain_numbers(axis: Axis) -> None:
-    """Label a logarithmic axis of about a decade at 1, 2 and 5; labels of minor ticks would overlap."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    """Label a logarithmic axis at 1, 2 and 5, one of more than two decades at 1: others would overlap."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
