@@ -106,11 +106,31 @@ def test_a_unit_that_is_given_or_in_the_header(tmp_path: Path, header: str, unit
     plain = sf.paths.read(write(tmp_path / "own.csv", ROWS), STRIP)
     file = write(tmp_path / "log.csv", ROWS * [1.0, 100.0, 100.0], header)
     np.testing.assert_allclose(sf.paths.read(file, STRIP, unit=unit).places, plain.places, atol=1e-9)
-    with pytest.raises(InvalidInputError, match="with --unit mm it starts there"):
-        sf.paths.read(write(tmp_path / "mm.csv", ROWS * [1.0, 1e3, 1e3]), STRIP)
     if unit != "cm" or "cm" in header:
         with pytest.raises(InvalidInputError, match=r"unit = 'mm' .* cm, as the header says"):
             sf.paths.read(file, STRIP, unit="mm")
+
+
+@pytest.mark.parametrize(
+    ("unit", "frame", "given", "length", "advice"),
+    [
+        (1e3, (0.0, 0.0), {}, 0.45, "--unit mm"),
+        (1e3, (0.5, 0.02), {}, 0.45, "--unit mm --frame=0.5,0.02"),
+        (1e3, (0.5, 0.02), {"frame": "500,20"}, 0.45, "--unit mm --frame=0.5,0.02"),
+        (1e3, (0.5, 0.02), {"frame": "500,20", "unit": "mm"}, 0.45, "--frame=0.5,0.02"),
+        (1e2, (0.5, 0.02), {"frame": "0.5,0.02"}, 0.45, "--unit cm"),
+        (1.0, (0.5, 0.02), {}, 0.45, "--frame=0.5,0.02"),
+        (1.0, (0.5, 0.02), {"frame": "0.5,0.02,flip"}, 0.45, "--frame=0.05,0.02,flip"),
+        (1.0, (0.0, 0.0), {}, 0.6, "--frame=0.075,0 or --length 0.45"),
+    ],
+)
+def test_a_start_elsewhere_says_how_it_is_read_right(
+    tmp_path: Path, unit: float, frame: tuple[float, float], given: dict[str, str], length: float, advice: str
+) -> None:
+    file = write(tmp_path / "log.csv", (ROWS + np.array([0.0, *frame])) * [1.0, unit, unit])
+    with pytest.raises(InvalidInputError) as caught:
+        sf.paths.read(file, sf.Strip(length=length, eta_b=3780.0), **given)
+    assert str(caught.value).endswith(f"with {advice} it starts there")
 
 
 @pytest.mark.parametrize("factor", [1.0, 1e9])

@@ -278,7 +278,7 @@ class Strip:
         from stripfold.paths import FoldPath
 
         if not isinstance(cast(object, path), FoldPath):
-            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
+            advice = "such as triangular(strip), or read(file, strip) for a table; a plan has one, plan.path"
             raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
         if not isclose(path.length, self.length):
             made_for = f"a path for a length of {path.length:g} m"

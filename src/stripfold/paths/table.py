@@ -86,7 +86,31 @@ class LogFormat(Input):
 
     def in_frame(self, positions: Array) -> Array:
         """Return positions of a log, m, shape (n, 2), in the frame with its origin mid-strip."""
-        return (positions - self.origin) * np.array([-1.0 if self.flip else 1.0, 1.0])
+        return (positions - self.origin) * self._signs
+
+    @property
+    def _signs(self) -> Array:
+        return np.array([-1.0 if self.flip else 1.0, 1.0])
+
+    def meant(self, positions: Array, length: float, stated: bool) -> str:
+        """Say with which options a log starts where a flat strip ends.
+
+        ``positions``: of the log as it is read, m, shape (n, 2); ``length``: of the strip, m; ``stated``: whether the
+        log's header has their unit.
+        """
+        size, factors = float(np.linalg.norm(np.ptp(positions, axis=0))), UNITS["m"]
+        if stated or self.unit or not size:
+            factors = {"": 1.0}
+        # The gripper goes about as far as the strip is long.
+        unit = min(factors, key=lambda name: abs(np.log(factors[name] * size / length)) if size else 0.0)
+        first = factors[unit] * positions[0]
+        origin = first + self._signs * np.array([length / 2.0, 0.0])
+        words = [] if factors[unit] == 1.0 else [f"--unit {unit}"]
+        if np.hypot(*(origin - self.origin)) > START_TOLERANCE * length:
+            words.append(f"--frame={origin[0]:.4g},{origin[1]:.4g}{',flip' * self.flip}")
+            if self.frame is None and abs(first[1]) <= START_TOLERANCE * length and first[0] < 0.0:
+                words.append(f"or --length {-2.0 * first[0]:.4g}")
+        return f"with {' '.join(words)} it starts there"
 
 
 def read(path: str | os.PathLike[str], length: float, unit: float, log: LogFormat | None = None) -> GripperPath:
@@ -106,7 +130,8 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
         raise InvalidInputError("unit", log.unit, f"{' and '.join(stated)}, as the header says", "leave it out")
     numbers = table.numbers()
     in_metres = [1.0 if name else UNITS["m"][log.unit or max(stated, default="m")] for name in table.units[1:3]]
-    t, positions = numbers[:, 0] - numbers[0, 0], log.in_frame(numbers[:, 1:3] * in_metres) / unit
+    t, logged = numbers[:, 0] - numbers[0, 0], numbers[:, 1:3] * in_metres
+    positions = log.in_frame(logged) / unit
     table.check_increasing(t)
     angles = _checked_angles(table, numbers[:, 3]) if numbers.shape[1] > 3 else None
     keep = np.ones(len(t), dtype=bool)
@@ -115,7 +140,11 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     travelled = polygon_length(positions)
     rounding = max(START_TOLERANCE * length, (log.smooth or 0.0) / unit)
     positions, warnings = _snapped(positions, length, unit, rounding)
-    _check_rows(positions, length, unit, table.place, rounding)
+    if np.hypot(*(positions[0] - (-length / 2.0, 0.0))) > rounding:
+        allowed = f"a start at ({-length / 2.0 * unit:g}, 0) m, where the flat strip ends"
+        advice = log.meant(logged, length * unit, bool(stated))
+        raise InvalidInputError("path", _in_metres(positions[0], unit), allowed, advice)
+    _check_rows(positions, length, unit, table.place)
     positions[0] = (-length / 2.0, 0.0)
     shown, positions = travelled[keep], positions[keep]
     moved = np.concatenate([[True], np.linalg.norm(np.diff(positions, axis=0), axis=1) > 1e-9])
@@ -184,30 +213,24 @@ def _snapped(positions: Array, length: float, unit: float, rounding: float) -> t
     return positions.copy(), tuple(warnings)
 
 
-def _check_rows(positions: Array, length: float, unit: float, place: Callable[[int], str], rounding: float) -> None:
-    half, flat = length / 2.0, np.array([-length / 2.0, 0.0])
+def _in_metres(position: Array, unit: float) -> str:
+    x, z = position * unit
+    return f"({x:g}, {z:g}) m"
 
-    def in_metres(row: int) -> str:
-        x, z = positions[row] * unit
-        return f"({x:g}, {z:g}) m"
+
+def _check_rows(positions: Array, length: float, unit: float, place: Callable[[int], str]) -> None:
+    half = length / 2.0
 
     def refuse(bad: Mask, key: str, value: Callable[[int], float | str], allowed: str) -> None:
         if bad.any():
             row = int(np.argmax(bad))
             raise InvalidInputError(key, value(row), f"{allowed} ({place(row)})")
 
-    if np.hypot(*(positions[0] - flat)) > rounding:
-        allowed = f"a start at ({-half * unit:g}, 0) m, where the flat strip ends"
-        fits = [name for name, factor in UNITS["m"].items() if np.hypot(*(factor * positions[0] - flat)) <= rounding]
-        advice = (
-            f"with --unit {fits[0]} it starts there" if fits else "for another frame or unit give --frame or --unit"
-        )
-        raise InvalidInputError("path", in_metres(0), allowed, advice)
     refuse(positions[:, 1] < 0.0, "z", lambda row: float(positions[row, 1] * unit), "at least 0 m, the floor")
     beyond = np.hypot(positions[:, 0] - half, positions[:, 1]) > length * (1.0 + 1e-12)
     beyond[0] = False
     allowed = f"within {length * unit:g} m, the strip's length, of the held end at ({half * unit:g}, 0) m"
-    refuse(beyond, "path", in_metres, allowed)
+    refuse(beyond, "path", lambda row: _in_metres(positions[row], unit), allowed)
 
 
 def smoothed(positions: Array, tolerance: float) -> tuple[Array, Mask]:
