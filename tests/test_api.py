@@ -62,13 +62,6 @@ def test_a_strip_is_checked_and_frozen():
         STRIP.length = 1.0  # type: ignore[misc]
 
 
-def test_former_classes_say_what_to_give():
-    with pytest.raises(AttributeError, match="give friction_moment, M_0 in N"):
-        sf.Hysteresis  # noqa: B018
-    with pytest.raises(AttributeError, match="give pull, k_f in"):
-        sf.Pull  # noqa: B018
-
-
 @pytest.mark.parametrize("kind", ["r_path", "circular", "low"])
 def test_a_path_is_for_any_strip_of_its_length(kind, tmp_path: Path):
     """Planned for one eta_b, assessed for another: as by its table."""

@@ -49,6 +49,11 @@ def run(capsys, *arguments: str) -> tuple[int, str, str]:
         (["path", "low", "--length", "0.5", "--eta-b", "3780", "--height", "30mm"], "write 0.03"),
         (["critical", "--length", "0.6", "--eta_b", "3780", "--height", "0.1"], "--eta_b: did you mean --eta-b"),
         (["assess", "path.csv", "--lenght=0.6", "--eta-b", "3780"], "--lenght: did you mean --length"),
+        (["map", "--friction", "1"], "--friction: did you mean --friction-moment"),
+        (["assess", "--friction=1"], "--friction: did you mean .*--friction-moment or --layer-friction or --table"),
+        (["assess", "r-path", "--length", "0.5", "--eta-b", "3780"], "`stripfold path r-path` with --csv writes it"),
+        (["plan", "--length", "0.5"], "eta_b is missing; allowed: --eta-b, or --fabric"),
+        (["measure", "flim.mp4", "--length", "0.5"], "there is no such file"),
     ],
 )
 def test_bad_usage_says_what_was_probably_meant(capsys, arguments, meant):

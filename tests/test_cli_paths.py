@@ -125,26 +125,6 @@ def test_what_is_no_number_is_null_in_json() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("command", "option", "advice"),
-    [
-        (["assess", "own.csv"], "--hysteresis", "hysteresis is now called friction_moment (M_0, N)"),
-        (["assess", "own.csv"], "--friction", "friction is now called friction_moment (M_0, N) or pull (k_f, s^-2)"),
-        (["map"], "--friction", "friction is now called friction_moment (M_0, N)"),
-        (["plan"], "--hysteresis=1", "hysteresis is now called friction_moment (M_0, N)"),
-    ],
-)
-def test_a_former_option_is_refused_with_the_present_one(
-    command: list[str], option: str, advice: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main([*command, *STRIP, option, "1"])
-    assert stopped.value.code == 2
-    said = capsys.readouterr().err
-    assert advice in said
-    assert said.count("error:") == 1
-
-
 def test_both_laws_at_once_are_refused(here: Path) -> None:
     with pytest.raises(SystemExit) as stopped:
         main(["assess", "own.csv", *STRIP, "--friction-moment", "1", "--pull", "1"])

@@ -117,7 +117,7 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
         ("strip.eta_b", 0.1, "strip.eta_b", "it is 0.0894 L*"),
         ("strip.eta_b_interval", [4000.0, 5000.0], "strip.eta_b_interval", "around eta_b = 3780"),
         ("strip.friction_moment", 0.01, "strip.rho_a", "is missing"),
-        ("strip.hysteresis", 0.01, "strip.hysteresis", "is now called friction_moment (M_0, N)"),
+        ("strip.friction", 0.01, "strip.friction", "did you mean friction_moment?"),
         ("strip.eta_b", None, "strip.eta_b", "is missing"),
         ("camera.images", None, "camera.images", "give intrinsics instead"),
         ("camera.intrinsics", "plane.png", "camera.intrinsics", "nothing together with images"),

@@ -138,7 +138,7 @@ def test_a_file_that_has_lost_its_digest_is_refused(tmp_path, lost):
 
 
 def test_a_file_without_a_digest_is_read(tmp_path):
-    """Those of former versions."""
+    """That of another program."""
     store.write(example(), tmp_path / "a.nc", title="A test")
     changed(tmp_path / "a.nc", lambda raw: raw.delncattr(store.DIGEST))
     xr.testing.assert_equal(store.read(tmp_path / "a.nc"), example())

@@ -88,7 +88,6 @@ _MODULES = {
     "ask.monitor": ("Monitor",),
     "ask.strip": ("Strip",),
 }
-_FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k_f in s^-2"}
 
 
 def __getattr__(name: str) -> object:
@@ -105,8 +104,7 @@ def __getattr__(name: str) -> object:
             found: object = getattr(import_module(f"stripfold.{module}"), name)
             globals()[name] = found
             return found
-    former = f": {_FORMER[name]}" if name in _FORMER else ""
-    raise AttributeError(f"module 'stripfold' has no attribute {name!r}{former}")
+    raise AttributeError(f"module 'stripfold' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -131,15 +131,11 @@ class _Command(_Parser):
     """Says what an unknown option may have been, and not that the option meant is missing."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        known = {name[2:].replace("-", "_"): name for name in self._option_string_actions}
         for given in args[: args.index("--")] if "--" in args else args:
             if given.startswith("--") and (name := given.partition("=")[0]) not in self._option_string_actions:
                 from stripfold.base.validation import did_you_mean
 
-                advice = did_you_mean(name[2:].replace("-", "_"), known)
-                for key, option in known.items():
-                    advice = advice.replace(f"mean {key}?", f"mean {option}?")
-                self.error(f"unknown option {name}: {advice}")
+                self.error(f"unknown option {name}: {did_you_mean(name, self._option_string_actions)}")
         return super().parse_known_args(args, namespace)
 
 

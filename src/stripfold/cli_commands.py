@@ -399,7 +399,11 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.fabric is not None:
         from stripfold.ask.fabric import fabric
 
-        said = fabric(arguments.fabric).values | said
+        cloth = fabric(arguments.fabric)
+        logger.info(str(cloth))
+        said = cloth.values | said
+    elif arguments.eta_b is None:
+        raise InvalidInputError("eta_b", MISSING, "--eta-b, or --fabric with a measured one: docs/plan.md")
     asked = PlanInputs(**said)
     from stripfold.ask.export import base_of, checked_name
     from stripfold.ask.plan import FoldingPlan
@@ -504,6 +508,9 @@ def _read_path(arguments: argparse.Namespace, strip: Strip, fold_at: float | Non
     """Read a user's path, and say what was moved of it."""
     from stripfold import paths
 
+    if arguments.path in paths.PLANS and not os.path.exists(arguments.path):
+        advice = f"`stripfold path {arguments.path}` with --csv writes it, and `stripfold plan` ranks all paths"
+        raise InvalidInputError("path", arguments.path, "a table t,x,z", advice)
     log = {name: getattr(arguments, name) for name in LOG}
     path = paths.read(arguments.path, strip, fold_at=fold_at, **log)
     for warning in path.curve.warnings:

@@ -52,6 +52,11 @@ class Fabric:
         names = ("eta_b", "eta_b_uncertainty", "rho_a", "friction_moment")
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
+    def __str__(self) -> str:
+        eta_b = f"eta_b = {self.eta_b:.4g} m^-4 s^2 within {self.eta_b_uncertainty:.0%}"
+        moment = "" if self.friction_moment is None else f", M_0 = {self.friction_moment:.3g} N"
+        return f"{self.name}: {eta_b}, rho_a = {self.rho_a:.3g} kg/m^2{moment}"
+
 
 @cache
 def fabrics() -> tuple[Fabric, ...]:
@@ -89,9 +94,8 @@ def fabric(name: str) -> Fabric:
 
     Examples
     --------
-    >>> cotton = fabric("cotton broad")
-    >>> round(cotton.eta_b), cotton.rho_a, cotton.friction_moment
-    (10698, 0.1238, 0.0006080123)
+    >>> print(fabric("cotton broad"))
+    cotton broad (A): eta_b = 1.07e+04 m^-4 s^2 within 31%, rho_a = 0.124 kg/m^2, M_0 = 0.000608 N
     """
     known = {one.name.casefold(): one for one in fabrics()}
     asked = " ".join(name.casefold().split())

@@ -229,25 +229,11 @@ def dotted(path: Iterable[str | int]) -> str:
     return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
 
 
-FORMER_NAMES = {
-    "friction": {
-        "friction_moment": "M_0, N",
-        "pull": "k_f, s^-2",
-        "friction_moment_star": "M_0, rho_a g L*^2",
-    },
-    "hysteresis": {"friction_moment": "M_0, N"},
-}
-"""Former names of inputs, with the present ones and what these are."""
-
-
 def did_you_mean(key: str, known: Iterable[str]) -> str:
-    """Advice on an unknown name."""
+    """Advice on an unknown name: those that have it as one of their words, or else the nearest."""
     known = list(known)
-    present = [f"{name} ({what})" for name, what in FORMER_NAMES.get(key, {}).items() if name in known]
-    if present:
-        return f"{key} is now called {' or '.join(present)}"
-    near = get_close_matches(key, known, 1)
-    return f"did you mean {near[0]}?" if near else "remove it"
+    near = [name for name in known if key.strip("-") in re.split("[-_]", name)] or get_close_matches(key, known, 1)
+    return f"did you mean {' or '.join(near)}?" if near else "remove it"
 
 
 def _explained(error: ValidationError, model: type[BaseModel]) -> InvalidInputError:

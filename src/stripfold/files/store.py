@@ -199,7 +199,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     try:
         has_digest = _has_digest(path)
         with xr.open_dataset(name, engine="netcdf4") as dataset:
-            if DIGEST in dataset.attrs and not has_digest:  # files of former versions have neither
+            if DIGEST in dataset.attrs and not has_digest:  # a file of another program has neither
                 raise ValueError("its digest is missing: changed by another program")
             yield dataset
     except (OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, ValueError) as error:

@@ -298,6 +298,9 @@ def measure(
     """
     path = file_name("recording", recording)
     given = {"length": length, "eta_b": eta_b, "width": width, "camera": camera, "plate_width": plate_width}
+    if not os.path.exists(path):
+        allowed = "a film with the plate in view, or a folder with recording.yaml"
+        raise InvalidInputError("recording", str(recording), allowed, "there is no such file or folder")
     if not Path(path).is_file():
         for key, value in given.items():
             if value is not None:
