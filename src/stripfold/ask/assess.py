@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from math import inf, isfinite, isnan, nan
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -28,9 +28,9 @@ from stripfold.elastica import folded_loop
 from stripfold.files import schema
 from stripfold.files.reporting import Progress, Result, Rows, metres
 from stripfold.files.tables import read_table
-from stripfold.follow.contact_branch import STEPS, BranchPoint
+from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned
 from stripfold.follow.fall import TIME_OPTIONS, Fall, assess_strip, size_of_fall
-from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, effects_of, load_path
+from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, Effects, effects_of, load_path
 from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, branch, remeshed
 from stripfold.follow.time import Ridge, follow_in_time, rucks
@@ -411,89 +411,25 @@ def assess(
     not be is said in ``failure``.
     """
     began, material, unit = perf_counter(), asked.material, asked.gravity_length
-    seen = curve = replace(path.curve.scaled(1.0 / unit), gripper=asked.gripper)
-    if asked.gripper == "turning" and not curve.turns:
-        advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
-        raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
-    thickness, curl = material.relative_thickness, asked.curl_star
-    strip = StripModel(asked.length_star, thickness, material.nu, kind=asked.kind, curl=curl)
-    moment = 0.0 if asked.friction_moment is None else asked.friction_moment / (material.force_scale * unit)
-    fall = replace(in_solver_units(Release(), material), tolerance=tolerance) if asked.fall else None
-    memory, size = asked.friction_moment is not None or asked.pull is not None, min(STEP, curve.length)
-    if asked.step is not None:
-        if asked.step > unit * curve.length:
-            allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
-            raise InvalidInputError("step", asked.step, allowed)
-        size = asked.step / unit
-    law = ("hysteresis", moment) if asked.pull is None else ("pull", asked.pull * unit / material.gravity)
-    bending = None
-    if asked.bending_test is not None:
-        bending, width = _tested(Path(asked.bending_test), material)
-        if width and asked.friction_moment is not None:
-            raise InvalidInputError(
-                "friction_moment", asked.friction_moment, "none with the unloading of a bending test"
-            )
-        law, memory = ("hysteresis", width or moment), True
-    if asked.friction_moment is not None or asked.bending_test is not None:
-        refinement *= refinement_of(asked.kind, law[1])
-    effects = effects_of(*law, None if yield_curvature is None else yield_curvature * unit, bending)
-
-    def followed(way: GripperPath, refinement: float, say: Progress | None = None) -> Track:
-        if not memory:
-            return assess_strip(strip, way, fall, refinement, say)
-        begin = FIRST_WITH_FRICTION if law[0] == "hysteresis" and law[1] else 0.0
-        return load_path(strip.contact_mesh(refinement, memory=True), way, effects, size, say, begin=begin)
-
-    found = followed(curve, refinement, progress)
-    forces, hold_friction, slip, slide_t = forces_of(found.static), nan, nan, nan
-    if asked.layer_friction is None:
-        friction = np.abs(hold_frictions(forces, strip.length))
-        hold_friction = float(friction.max())
-    if asked.table_friction is not None and hold_friction > asked.table_friction:
-        slip = _slip(found, friction, asked.table_friction)
-        mesh = strip.contact_mesh(refinement, memory=memory)
-        seen, known = slides_on(mesh, curve, strip.length, effects, asked.table_friction, size, progress)
-        found = followed(seen, refinement, progress)
-        forces = forces_of(found.static)
-        after = np.array([at.lam for _, at in found.static]) > known
-        if (np.abs(hold_frictions(forces[after], strip.length)) > asked.table_friction).any():
-            slide_t = curve.pseudo_time(known)
+    moved = _Moved.of(asked, path, yield_curvature, refinement, tolerance)
+    strip, curve = moved.strip, moved.curve
+    found = moved.followed(curve, progress=progress)
+    held = _Held(found, curve) if asked.layer_friction is not None else _held(moved, found, progress)
+    found, way = held.found, held.way
     changes, touch_change, dependence = (nan,) * len(found.events), nan, ""
     if compare:
         if progress is not None:
             progress("on another mesh")
-        try:
-            factor = _other_size(asked)
-            if memory or factor < 1.0:
-                other = followed(seen, factor * refinement)
-            else:
-                other = _again(found, strip, seen, fall, factor * refinement)
-            changes, touch_change, dependence = mesh_change(found, other, _other_mesh(asked))
-        except SolveError as error:
-            dependence = " ".join(f"{_other_mesh(asked)} the strip could not be followed: {error}".split())
+        changes, touch_change, dependence = _compared(moved, found, way)
     events, failure, rucked = _events(found, material, curve, changes), found.failure, None
     if asked.layer_friction is not None:
         if found.touch is not None:  # these statics know no friction between the layers
             events = []
-        damping = in_solver_units(Release(), material).damping
-        # Wrinkles are there where they may grow.
-        wrinkled = _flatness_ratio(peak_push(found.static, forces)[0], asked) < 1.0
-        ridge = Ridge.worst(found.static, asked.flatness / unit) if wrinkled else None
         try:
-            found = follow_in_time(
-                strip,
-                curve,
-                asked.layer_friction,
-                moment,
-                damping=damping,
-                refinement=refinement,
-                ridge=ridge,
-                progress=progress,
-            )
+            found, rucked = _in_time(moved, found, progress)
         except SolveError as error:
             failure = error
         else:
-            rucked = rucks(found) if wrinkled else None
             touch_change = nan  # of the motion in time there is one run
     second = None
     if asked.second_gripper is not None:
@@ -503,20 +439,17 @@ def assess(
     fold, fold_line = None, 0.5 * (folded_length - strip.length)
     with suppress(InvalidInputError):  # a strip too short or too long for one
         fold = half_fold(folded_length)
-    planned, landing = (fold.first_touch, fold.landing) if fold else (nan, nan)
-    planned, landing = planned + fold_line, landing + fold_line
+    planned, landing = (fold.first_touch + fold_line, fold.landing + fold_line) if fold else (nan, nan)
     states = found.static or found.states
-    if asked.layer_friction is not None:
-        forces = forces_of(states)
-    problem, last = states[-1]
+    forces, (problem, last) = forces_of(states), states[-1]
     laid_flat = found.end is End.FLAT
     completed = laid_flat or bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
-    end_error = float(np.linalg.norm(seen.position(last.lam) - end))
+    end_error = float(np.linalg.norm(way.position(last.lam) - end))
     in_place = completed and end_error <= largest_miss(strip.length, unit)
     distance = shape_error(problem, last, fold) if fold and in_place else nan
     peak_force, peak_hold = peak_forces(forces)
-    slip_x, slip_z = (nan, nan) if isnan(slip) else (unit * curve.position(slip)).tolist()
+    slip_x, slip_z = (nan, nan) if isnan(held.slip) else (unit * curve.position(held.slip)).tolist()
     angles = grip_angles(states)
     push, push_z = peak_push(states, forces)
     bump, bump_energy = (BUMP / push**2, BUMP_ENERGY / push**2.5) if push else (nan, nan)
@@ -531,12 +464,12 @@ def assess(
         lying_length=unit * lying_length(problem, last),
         peak_force=material.force_scale * peak_force,
         peak_hold=material.force_scale * peak_hold,
-        hold_friction=hold_friction,
-        slip_t=nan if isnan(slip) else curve.pseudo_time(slip),
+        hold_friction=held.friction,
+        slip_t=nan if isnan(held.slip) else curve.pseudo_time(held.slip),
         slip_x=slip_x,
         slip_z=slip_z,
-        slide=unit * slide_of(states[-1], seen.length if laid_flat else None),
-        slide_t=slide_t,
+        slide=unit * slide_of(states[-1], way.length if laid_flat else None),
+        slide_t=held.slide_t,
         largest_angle=float(np.degrees(angles.max())),
         tool_room=unit * tool_room(states, angles),
         peak_moment=material.scales["N"] * peak_moment(states),
@@ -560,6 +493,132 @@ def assess(
         states=states,
         falls=tuple((_statics(found, part.start), found.states[part]) for part in found.falls),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """What is moved, in solver units: the strip, the path of its gripper, and its effects, which may have a memory.
+
+    ``moment``: M_0.  ``size``, ``begin``: of the steps with a memory, as for :func:`.load_path`.  ``refinement``:
+    factor on the lengths of the elements.
+    """
+
+    asked: PathInputs
+    strip: StripModel
+    curve: GripperPath
+    fall: Fall | None
+    effects: Effects
+    memory: bool
+    moment: float
+    size: float
+    begin: float
+    refinement: float
+
+    @classmethod
+    def of(
+        cls, asked: PathInputs, path: FoldPath, yield_curvature: float | None, refinement: float, tolerance: float
+    ) -> Self:
+        """Arguments and errors of bad input as for :func:`assess`."""
+        material, unit = asked.material, asked.gravity_length
+        curve = replace(path.curve.scaled(1.0 / unit), gripper=asked.gripper)
+        if asked.gripper == "turning" and not curve.turns:
+            advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
+            raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
+        if asked.step is not None and asked.step > unit * curve.length:
+            allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
+            raise InvalidInputError("step", asked.step, allowed)
+        moment, bending = (asked.friction_moment or 0.0) / (material.force_scale * unit), None
+        if asked.bending_test is not None:
+            bending, width = _tested(Path(asked.bending_test), material)
+            if width and asked.friction_moment is not None:
+                allowed = "none with the unloading of a bending test"
+                raise InvalidInputError("friction_moment", asked.friction_moment, allowed)
+            moment = width or moment
+        if asked.friction_moment is not None or bending is not None:
+            refinement *= refinement_of(asked.kind, moment)
+        law = ("hysteresis", moment) if asked.pull is None else ("pull", asked.pull * unit / material.gravity)
+        return cls(
+            asked=asked,
+            strip=StripModel(
+                asked.length_star, material.relative_thickness, material.nu, kind=asked.kind, curl=asked.curl_star
+            ),
+            curve=curve,
+            fall=replace(in_solver_units(Release(), material), tolerance=tolerance) if asked.fall else None,
+            effects=effects_of(*law, None if yield_curvature is None else yield_curvature * unit, bending),
+            memory=asked.friction_moment is not None or asked.pull is not None or bending is not None,
+            moment=moment,
+            size=min(STEP, curve.length) if asked.step is None else asked.step / unit,
+            begin=FIRST_WITH_FRICTION if moment else 0.0,
+            refinement=refinement,
+        )
+
+    def mesh(self, factor: float = 1.0) -> Planned:
+        """Plan elements of the usual lengths times a factor."""
+        return self.strip.contact_mesh(factor * self.refinement, memory=self.memory)
+
+    def followed(self, way: GripperPath, factor: float = 1.0, progress: Progress | None = None) -> Track:
+        """Follow a path; ``factor``: on the lengths of the elements."""
+        if not self.memory:
+            return assess_strip(self.strip, way, self.fall, factor * self.refinement, progress)
+        return load_path(self.mesh(factor), way, self.effects, self.size, progress, begin=self.begin)
+
+
+class _Held(NamedTuple):
+    """How the table holds what lies: the track, the path as the strip sees it, and the friction that it takes.
+
+    ``friction``: coefficient that would hold it without a pin.  ``slip``: length travelled to where less lets it slide,
+    L*.  ``slide_t``: as in the result.
+    """
+
+    found: Track
+    way: GripperPath
+    friction: float = nan
+    slip: float = nan
+    slide_t: float = nan
+
+
+def _held(moved: _Moved, found: Track, progress: Progress | None) -> _Held:
+    """Find the friction that holds what lies, and how the strip moves on the table with what there is."""
+    bound, length = moved.asked.table_friction, moved.strip.length
+    friction = np.abs(hold_frictions(forces_of(found.static), length))
+    needed = float(friction.max())
+    if bound is None or needed <= bound:
+        return _Held(found, moved.curve, needed)
+    slip = _slip(found, friction, bound)
+    way, known = slides_on(moved.mesh(), moved.curve, length, moved.effects, bound, moved.size, progress)
+    found = moved.followed(way, progress=progress)
+    after = [at for at in found.static if at.point.lam > known]
+    lost = bool(after) and bool((np.abs(hold_frictions(forces_of(after), length)) > bound).any())
+    return _Held(found, way, needed, slip, moved.curve.pseudo_time(known) if lost else nan)
+
+
+def _compared(moved: _Moved, found: Track, way: GripperPath) -> tuple[tuple[float, ...], float, str]:
+    """Follow a path on another mesh: :func:`mesh_change`, or in words why that could not be."""
+    factor, mesh = _other_size(moved.asked), _other_mesh(moved.asked)
+    try:
+        other = moved.followed(way, factor) if moved.memory or factor < 1.0 else _again(found, moved, way, factor)
+        return mesh_change(found, other, mesh)
+    except SolveError as error:
+        said = " ".join(f"{mesh} the strip could not be followed: {error}".split())
+        return (nan,) * len(found.events), nan, said
+
+
+def _in_time(moved: _Moved, statics: Track, progress: Progress | None) -> tuple[Track, bool | None]:
+    """Follow the path in time with friction between the layers, and see whether what lies rucks where it may."""
+    asked = moved.asked
+    # Wrinkles are there where they may grow.
+    wrinkled = _flatness_ratio(peak_push(statics.static, forces_of(statics.static))[0], asked) < 1.0
+    found = follow_in_time(
+        moved.strip,
+        moved.curve,
+        asked.layer_friction or 0.0,
+        moved.moment,
+        damping=in_solver_units(Release(), asked.material).damping,
+        refinement=moved.refinement,
+        ridge=Ridge.worst(statics.static, asked.flatness / asked.gravity_length) if wrinkled else None,
+        progress=progress,
+    )
+    return found, rucks(found) if wrinkled else None
 
 
 def _tested(file: Path, material: Material) -> tuple[MomentCurvature, float]:
@@ -629,7 +688,7 @@ def _statics(found: Track, count: int) -> int:
     return sum(phase != FALL for phase in found.phases[:count])
 
 
-def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Track:
+def _again(found: Track, moved: _Moved, path: GripperPath, factor: float) -> Track:
     """Follow the path on another mesh, where it has a critical point from a step before the first event on."""
     first, piece = None, 0
     if found.events:
@@ -637,9 +696,9 @@ def _again(found: Track, strip: StripModel, path: GripperPath, fall: Fall | None
         near = [number for number, at in enumerate(found.points[found.parts[0]]) if at.point.lam < begin]
         if near and isinstance(at := found.points[near[-1]], BranchPoint):
             with suppress(SolveError):
-                first = remeshed(at, strip.contact_mesh(refinement))
+                first = remeshed(at, moved.mesh(factor))
                 piece = found.pieces[near[-1]]
-    return assess_strip(strip, path, fall, refinement, first=first, piece=piece)
+    return assess_strip(moved.strip, path, moved.fall, factor * moved.refinement, first=first, piece=piece)
 
 
 def _other_size(asked: PathInputs) -> float:
