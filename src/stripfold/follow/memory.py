@@ -308,7 +308,8 @@ def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
         elif item.event in (UNHELD, LIMIT):
             raise _lost_at(item, locate)
         elif item.event.name == LIFTED:
-            raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
+            advice = "keep the gripper lower; without friction it is followed through the air"
+            raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam, advice=advice)
         else:
             last = item.before
         new = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
