@@ -362,58 +362,46 @@ def _evaluate(
 ) -> RecordingMeasurement:
     """The result of one advance, from its ``tracks``; the clocks are those of the ``whole`` film."""
     compare(recording.entries, tracks)
-    gripper = recording.entries.gripper
+    gripper, pixel = recording.entries.gripper, calibration.quality["resolution"]
     sign, flat_end = gripper.direction, gripper.flat_end
     flat_end_sd, offset_sd = SD_95 * gripper.flat_end_uncertainty, SD_95 * gripper.holder.offset_uncertainty
     flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
     flags += _compared_with_description(recording, tracks)
-    random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
     landed = snap.landed(points, gripper.height)
     if tracks.lost is not None and not landed[-1]:
         raise tracks.lost
     motion = snap.speed(t, points)
-    mapping_sd = _mapping_sd(calibration, tracks, random)
+    mapping_sd = _mapping_sd(calibration, tracks, np.random.default_rng(SEED))
     snapped, time = _event(motion, tracks, manual, landed)
     time_sd = {} if manual is None else {"manual": manual.sd}
     if snapped and manual is None:
-        period, excess = tracks.timing.period, _missing(tracks, motion)
-        time += fitted.FRAME_SHIFT * period + fitted.GAP_SHIFT * excess - fitted.WINDOW_SHIFT * motion.delay
-        time_sd = {
-            "level": hypot(_level_sd(motion), fitted.WINDOW_SD * motion.delay),
-            "frames": hypot(fitted.FRAME_SD * period, fitted.GAP_SD * excess),
-        }
-        flags += _event_flags(motion, excess, fitted.GAP_SHIFT * excess > hypot(*time_sd.values()))
+        later, time_sd, own = _delay(motion, tracks)
+        time, flags = time + later, flags + own
     x, velocity, gripper_sd = _gripper_at(tracks, time)
     camera = _camera_at(calibration, whole, time)
     shown = camera if camera.moved and not whole.camera.moved else whole.camera
     if shown.problem:
         flags.append(Flag(WARNING if shown.moved else NOTE, shown.problem))
-    camera_sd = calibration.quality["resolution"] * float(np.nan_to_num(np.hypot(camera.x, camera.y)))
+    camera_sd = pixel * float(np.nan_to_num(np.hypot(camera.x, camera.y)))
     speed = abs(velocity)
-    by_video, by_log = sign * (x - flat_end), float("nan")
+    by_video, by_log = sign * (x - flat_end), nan
     parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
-    clock, path = None, recording.robot_log
-    noise = float(np.median(tracks.gripper.sd[:, 0])) * calibration.quality["resolution"]
-    if path is None:
-        if recording.entries.gripper.template is not None:
+    noise = float(np.median(tracks.gripper.sd[:, 0])) * pixel
+    clock, place = _by_log(recording, calibration, whole, time, noise, (mapping_sd, offset_sd))
+    if clock is None:
+        if gripper.template is not None:
             # The noise of the first frame, from which the template is, is the same in all.
             gripper_sd = hypot(gripper_sd, noise)
         parts |= {"mapping": mapping_sd, "camera": camera_sd, "gripper": gripper_sd}
         parts["offset"] = 0.0 if calibration.relative else offset_sd
     else:
-        log = read_log(path, recording.entries.robot_log_columns)
-        # A frame that repeats the one before shows the gripper where it was then.
-        own = whole.gripper.tracked & ~whole.timing.doubled
-        moments, places = whole.grip_time[own], whole.gripped_end[own, 0]
-        pixel, predicted = calibration.quality["resolution"], tracks.report.predicted
-        clock = synchronise(moments, places, noise, log, mapping_sd, pixel, predicted, path.name, offset_sd)
-        by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
+        by_log = sign * (place - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.
         parts["clock"] = speed * clock.sd
         if abs(by_log - by_video) > MAX_LOG_ERROR:
             raise MeasurementError(
-                path.name,
+                recording.entries.robot_log or "",
                 f"lambda by the log is {(by_log - by_video) * 1e3:+.1f} mm from that by the video",
                 f"a difference of at most {MAX_LOG_ERROR * 1e3:g} mm",
                 "does the log give x of the gripped end, in the coordinates of the robot grid?",
@@ -430,18 +418,7 @@ def _evaluate(
     place_sd = flat_end_sd, offset_sd, mapping_sd
     mapping, aside = calibration.mapping, calibration.relative
     eta_b = eta_motion.measure(recording, mapping, tracks, event, by_video, snapped, place_sd, aside)
-    if text := eta_motion.doubted(eta_b):
-        flags.append(Flag(WARNING, text))
-    if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
-        flags.append(Flag(NOTE, text))
-    pulls = eta_b.pulls if isinstance(eta_b, MotionEtaB) else ()
-    flags += [
-        Flag(NOTE, f"{pull}: did the strip slip, or lie in waves?")
-        for pull in pulls
-        if abs(pull.deviations) > DEVIATIONS
-    ]
-    if not pulls:
-        flags.append(Flag(NOTE, "whether flat_end and offset are right is not known from the strip's shapes"))
+    flags += _flags_of_shapes(recording, eta_b)
     return RecordingMeasurement(
         recording=recording,
         calibration=calibration,
@@ -461,6 +438,54 @@ def _evaluate(
         manual="" if manual is None else manual.reason,
         trials=(),
     )
+
+
+def _delay(motion: Speed, tracks: Tracks) -> tuple[float, dict[str, float], list[Flag]]:
+    """By how much the onset is later than its burst of speed says, s, the standard deviations of that, and flags."""
+    period, excess = tracks.timing.period, _missing(tracks, motion)
+    gap = fitted.GAP_SHIFT * excess
+    sd = {
+        "level": hypot(_level_sd(motion), fitted.WINDOW_SD * motion.delay),
+        "frames": hypot(fitted.FRAME_SD * period, fitted.GAP_SD * excess),
+    }
+    later = fitted.FRAME_SHIFT * period + gap - fitted.WINDOW_SHIFT * motion.delay
+    return later, sd, _event_flags(motion, excess, gap > hypot(*sd.values()))
+
+
+def _by_log(
+    recording: Recording, calibration: Mapped, whole: Tracks, time: float, noise: float, sds: tuple[float, float]
+) -> tuple[Clock | None, float]:
+    """The robot's clock, and x of the gripped end by its log at a time of the film, m; None and nan without a log.
+
+    ``noise``: of the gripper's place in a frame, m.  ``sds``: standard deviations of the mapping and the offset, m.
+    """
+    path, (mapping_sd, offset_sd) = recording.robot_log, sds
+    if path is None:
+        return None, nan
+    log = read_log(path, recording.entries.robot_log_columns)
+    # A frame that repeats the one before shows the gripper where it was then.
+    own = whole.gripper.tracked & ~whole.timing.doubled
+    moments, places = whole.grip_time[own], whole.gripped_end[own, 0]
+    pixel, predicted = calibration.quality["resolution"], whole.report.predicted
+    clock = synchronise(moments, places, noise, log, mapping_sd, pixel, predicted, path.name, offset_sd)
+    return clock, float(np.interp(clock.to_log(time), log.time, log.x))
+
+
+def _flags_of_shapes(recording: Recording, eta_b: MotionEtaB | MeasurementError) -> list[Flag]:
+    """What the strip's shapes say of its description."""
+    flags, pulls = list[Flag](), eta_b.pulls if isinstance(eta_b, MotionEtaB) else ()
+    if text := eta_motion.doubted(eta_b):
+        flags.append(Flag(WARNING, text))
+    if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
+        flags.append(Flag(NOTE, text))
+    flags += [
+        Flag(NOTE, f"{pull}: did the strip slip, or lie in waves?")
+        for pull in pulls
+        if abs(pull.deviations) > DEVIATIONS
+    ]
+    if not pulls:
+        flags.append(Flag(NOTE, "whether flat_end and offset are right is not known from the strip's shapes"))
+    return flags
 
 
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:
