@@ -308,6 +308,16 @@ def test_a_ruck_that_ends_at_the_held_end_is_no_error(tmp_path: Path) -> None:
     assert not found.stable
 
 
+def test_a_ruck_on_a_smooth_table_has_no_place(tmp_path: Path) -> None:
+    """Without friction it is in balance wherever it lies: statics do not go on from there."""
+    table = "t,x,z\n0,-0.3524,0\n1,-0.2242,0.0283\n2,0.2095,0.0283\n3,0.2879,0.0006\n"
+    (tmp_path / "pushes.csv").write_text(table, encoding="utf-8")
+    strip = Strip(length=0.7048, eta_b=3780.0, eta_m=1.3e-4)
+    found = strip.assess(paths.read(tmp_path / "pushes.csv", strip), model="rod", fall=True)
+    assert found.critical[0]["kind"] == "compression"
+    assert found.failure.startswith("the strip rests with a ruck")
+
+
 class TestEndOfAPath:
     """Just before its end a path may come down: what happens in its last step counts."""
 

@@ -27,9 +27,10 @@ from stripfold.base.arrays import Array, Index
 from stripfold.base.errors import NoPathError
 from stripfold.draw.colours import BLUE, GREY, VERMILLION
 from stripfold.draw.style import figure, styled
+from stripfold.follow.contact import RUCK
 from stripfold.follow.contact_branch import BranchPoint, transferred
 from stripfold.follow.statics import StripModel, follow
-from stripfold.follow.time import BUMP_WIDTH, RUCK, Ridge, follow_in_time
+from stripfold.follow.time import BUMP_WIDTH, Ridge, follow_in_time
 from stripfold.follow.track import BUMP, StripState, forces_of, grip_and_hold, peak_push
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.motion import TimedPath

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from stripfold.base.arrays import Index, Mask
@@ -11,6 +13,8 @@ from stripfold.strip.model import Model
 
 APART = 1.0
 """Distance along the strip beyond which two contacts are not of one lying part, L*."""
+RUCK = 0.1
+"""Height of a ruck, L*."""
 
 
 def columns_on_floor(model: Model, point: Point | TimeState) -> Index:
@@ -51,6 +55,13 @@ def touches(model: Model, point: Point | TimeState) -> bool:
         return False
     x = model.mid_surface(point.q)[:, 0]
     return bool(x[first[-1]] > x[more[-1][0]])
+
+
+def has_ruck(model: Model, point: Point | TimeState) -> bool:
+    """Whether what lies has risen between its ends to more than :data:`RUCK`."""
+    x, z = model.mid_surface(point.q).T
+    parts = lying_parts(model, point)
+    return any(x[a[-1]] < x[b[0]] and z[a[-1] : b[0]].max() > RUCK for a, b in pairwise(parts))
 
 
 def lift_off(model: Model, point: Point | TimeState) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import SolveError, TimeStepError
 from stripfold.base.progress import FALL
-from stripfold.follow.contact import lies_apart, lift_off
+from stripfold.follow.contact import has_ruck, lies_apart, lift_off
 from stripfold.follow.contact_branch import STEPS, BranchPoint, Planned, longest_free, solved
 from stripfold.follow.contact_set import NEARBY_NEWTON, ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.follow.statics import StripModel, follow, solve_height, static_track
@@ -224,9 +224,17 @@ def size_of_fall(before: StripState, fall: Sequence[StripState]) -> tuple[float,
 def at_rest(mesh: Planned, fall: Track) -> BranchPoint:
     """Find the equilibrium that a motion ended in.
 
-    Raises SolveError: as :func:`state_at_rest` and :func:`.from_nodes`.
+    Raises SolveError: as :func:`state_at_rest` and :func:`.from_nodes`; there is a ruck, of which statics without
+    friction do not say where it is.
     """
-    return from_nodes(mesh, *state_at_rest(*fall.states[-1]))  # type: ignore[arg-type]
+    problem, last = fall.states[-1]
+    try:
+        return from_nodes(mesh, *state_at_rest(problem, last))  # type: ignore[arg-type]
+    except SolveError as error:
+        if not has_ruck(problem.model, last):
+            raise
+        said = "the strip rests with a ruck, which may lie anywhere on a smooth table"
+        raise SolveError(said, advice="a table with friction holds it: give layer_friction") from error
 
 
 def assess_strip(

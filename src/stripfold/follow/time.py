@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from itertools import pairwise
 from math import ceil, inf, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -19,7 +18,7 @@ import numpy as np
 from stripfold.base.arrays import Array
 from stripfold.base.errors import NewtonError, SolveError
 from stripfold.base.progress import FALL, SLOW, Percent
-from stripfold.follow.contact import lies_apart, lift_off, lying_parts, touches
+from stripfold.follow.contact import has_ruck, lies_apart, lift_off, touches
 from stripfold.follow.contact_branch import BranchPoint
 from stripfold.follow.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.follow.fall import TIME_OPTIONS as FALL_OPTIONS
@@ -50,8 +49,6 @@ BUMP_WIDTH = 8.98682
 """Width of a bump of small slopes times the root of the push: twice the least root of tan(a) = a."""
 FINE = 34.0
 """Elements over its width, so that what is free does not jump by one of them under the push."""
-RUCK = 0.1
-"""Height of a ruck, L*."""
 CREEP, LOST, CREPT = 0.005, 0.05, 0.3
 """Speed of a gripper that creeps past a static limit, and of the strip at which it stops, sqrt(g L*); way in which that
 has to happen, L*."""
@@ -88,13 +85,8 @@ class Ridge(NamedTuple):
 
 
 def rucks(found: Track) -> bool:
-    """Whether what lies has risen between its ends to more than :data:`RUCK`."""
-    for problem, state in found.states:
-        x, z = problem.model.mid_surface(state.q).T
-        parts = lying_parts(problem.model, state)
-        if any(x[a[-1]] < x[b[0]] and z[a[-1] : b[0]].max() > RUCK for a, b in pairwise(parts)):
-            return True
-    return False
+    """Whether what lies rucks on the way."""
+    return any(has_ruck(problem.model, state) for problem, state in found.states)
 
 
 def follow_in_time(
