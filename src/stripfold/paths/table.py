@@ -104,10 +104,10 @@ class LogFormat(Input):
         # The gripper goes about as far as the strip is long.
         unit = min(factors, key=lambda name: abs(np.log(factors[name] * size / length)) if size else 0.0)
         first = factors[unit] * positions[0]
-        origin = first + self._signs * np.array([length / 2.0, 0.0])
+        origin = np.round(first + self._signs * np.array([length / 2.0, 0.0]), 4)
         words = [] if factors[unit] == 1.0 else [f"--unit {unit}"]
         if np.hypot(*(origin - self.origin)) > START_TOLERANCE * length:
-            words.append(f"--frame={origin[0]:.4g},{origin[1]:.4g}{',flip' * self.flip}")
+            words.append(f"--frame={origin[0]:g},{origin[1]:g}{',flip' * self.flip}")
             if self.frame is None and abs(first[1]) <= START_TOLERANCE * length and first[0] < 0.0:
                 words.append(f"or --length {-2.0 * first[0]:.4g}")
         return f"with {' '.join(words)} it starts there"
