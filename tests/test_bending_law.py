@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from stripfold.ask.friction import refinement_of
 from stripfold.ask.inputs import PathInputs
 from stripfold.base.arrays import Array
 from stripfold.base.errors import InvalidInputError
+from stripfold.cli import main
 from stripfold.follow.memory import FIRST_WITH_FRICTION, effects_of, load_path
 from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End
@@ -126,11 +128,21 @@ class TestOnAPath:
         law = table(tmp_path / "law.csv", {"curvature": self.KAPPA / UNIT, "moment": MOMENT * self.KAPPA})
         linear = touch(STRIP, PATH, model="rod", friction_moment=1e-9)  # in steps, too
         assert touch(STRIP, PATH, model="rod", bending_test=law) == pytest.approx(linear, abs=1e-6)
+        rows = {"curvature": np.append(0.0, self.KAPPA) / UNIT, "moment": MOMENT * np.append(0.0, self.KAPPA)}
+        law = table(tmp_path / "from_0.csv", rows)
+        assert touch(STRIP, PATH, model="rod", bending_test=law) == pytest.approx(linear, abs=1e-6)
         other = sf.Strip(length=0.36, eta_b=1.5 * ETA_B, rho_a=RHO)
         path = sf.paths.read(path_file(tmp_path), other)
         plain, with_law = (touch(other, path, model="rod", bending_test=file) for file in (None, law))
         assert with_law == pytest.approx(linear, abs=1.5e-3)  # half a step
         assert abs(plain - linear) > 5e-3
+
+    def test_by_the_command_line(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        law = table(tmp_path / "law.csv", {"curvature": self.KAPPA / UNIT, "moment": MOMENT * np.sqrt(self.KAPPA)})
+        asked = ["--length", "0.36", "--eta-b", f"{ETA_B}", "--rho-a", f"{RHO}", "--model", "rod", "--json"]
+        assert main(["assess", str(path_file(tmp_path)), *asked, "--bending-test", law, "--quiet"]) == 0
+        found = json.loads(capsys.readouterr().out)["touch_x"]
+        assert found == pytest.approx(touch(STRIP, PATH, model="rod", bending_test=law), abs=1e-6)
 
     @pytest.mark.slow
     def test_a_loop_is_its_mean_and_friction(self, tmp_path: Path) -> None:
@@ -151,7 +163,9 @@ class TestOnAPath:
     @pytest.mark.parametrize(
         ("rows", "given", "words"),
         [
-            ("curvature,moment\n1,1e-5\n2,5e-6\n", {}, "moment"),
+            ("curvature,moment\n1,1e-5\n2,5e-6\n", {}, r"moment = 5e-06 .* rise from 0; row 3 of law\.csv"),
+            ("curvature,moment\n0,0\n1,1e-5\n1,2e-5\n", {}, r"curvature = 1\.0 .*; row 4 of law\.csv"),
+            ("curvature,moment\n0,0\n1,1e-5\n", {}, "two rows or more with a curvature"),
             ("curvature,moment\n1,1e-5\n", {}, "2 to 10000 rows"),
             ("kappa,m,n\n1,1e-5,1\n2,2e-5,1\n", {}, "curvature,moment"),
             ("", {"fall": True}, "nothing together with fall"),

@@ -29,7 +29,7 @@ STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
 EXTRAS = {".png": "plot", ".html": "plot", ".mp4": "vision", ".pdf": "vision"}
 """Optional part of the package that makes a file, by the end of its name."""
-INPUTS = ("grid", "scene", "result", "path", "image")
+INPUTS = ("grid", "scene", "result", "path", "image", "bending_test")
 """Arguments that name a file which a command reads."""
 LOG = ("columns", "unit", "frame", "smooth")
 """Options of a path as a robot writes it."""
@@ -92,6 +92,8 @@ def place_or_auto(text: str) -> float | str:
 
 def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str], **more: Any) -> None:
     """Add options from fields of an input model: help, unit, choices and default; ``more``: other settings of them."""
+    from stripfold.base.validation import Text
+
     for name in names:
         field, settings = model.model_fields[name], dict(more)
         extra = field.json_schema_extra
@@ -110,7 +112,9 @@ def options(parser: argparse._ActionsContainer, model: type[Input], names: Seque
             settings |= {"type": place_or_auto, "metavar": "M|auto"}
         elif choices:
             settings["choices"] = choices
-        elif field.annotation not in (str, bool) and "metavar" not in settings:
+        elif Text in kinds:
+            settings["metavar"] = "TABLE.csv"
+        elif field.annotation is not bool and "metavar" not in settings:
             settings |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
         parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **settings)
 

@@ -624,10 +624,21 @@ def _in_time(moved: _Moved, statics: Track, progress: Progress | None) -> tuple[
 def _tested(file: Path, material: Material) -> tuple[MomentCurvature, float]:
     """The law of a bending test, in solver units, and its M_0, rho_a g L*^2: 0 where only the bending is known.
 
-    Raises InvalidInputError: no such table, or no law.
+    Raises InvalidInputError: no such table, or no law; the message names the row.
     """
     table = read_table("bending_test", file, "curvature,moment", (2, 10_000), more=("unloading",))
-    curvature, *moments = table.numbers().T
+    numbers = table.numbers()
+    # The law goes through 0, with a row there or without.
+    first = int(numbers[0, 0] == 0.0)
+    curvature, *moments = numbers[first:].T
+    if len(curvature) < 2:
+        raise InvalidInputError("bending_test", str(file), "two rows or more with a curvature")
+    for name, values in (("curvature", curvature), ("moment", np.mean(moments, axis=0))):
+        falls = np.flatnonzero(np.diff(values, prepend=0.0) <= 0.0)
+        if len(falls):
+            row, both = int(falls[0]), ", the mean of both ways" if name == "moment" and len(moments) > 1 else ""
+            allowed = f"numbers that rise from 0{both}"
+            raise InvalidInputError(name, float(values[row]), allowed, table.place(first + row))
     curvature, moments = material.gravity_length * curvature, [of / material.scales["N"] for of in moments]
     return split_loop(curvature, *moments) if len(moments) > 1 else (MomentCurvature(curvature, *moments), 0.0)
 

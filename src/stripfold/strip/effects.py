@@ -259,7 +259,7 @@ def split_loop(curvature: Array, loading: Array, unloading: Array) -> tuple[Mome
     """
     width = float(np.trapezoid(loading - unloading, curvature) / (curvature[-1] - curvature[0]))
     if width < 0.0:
-        raise InvalidInputError("unloading", unloading, "moments below those of loading, on average")
+        raise InvalidInputError("unloading", "more than loading", "moments below those of loading, on average")
     return MomentCurvature(curvature, 0.5 * (loading + unloading)), 0.5 * width
 
 
