@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import re
@@ -19,7 +20,7 @@ import yaml
 import stripfold
 import stripfold as sf
 from stripfold import cli, kernels
-from stripfold.ask.inputs import Scene, Simulation
+from stripfold.ask.inputs import MapInputs, PathInputs, PlanInputs, Scene, Simulation
 from stripfold.ask.strip import Strip
 from stripfold.base.progress import Percent
 from stripfold.cli import COMMANDS, main
@@ -327,6 +328,24 @@ def test_what_may_be_left_out_is_the_default(here: Path) -> None:
     assert recording.Entries(**whole).strip.rho_a == 0.2
     shown = (ROOT / "docs/measuring.md").read_text(encoding="utf-8")
     assert textwrap.indent(text.split("\n\n", 1)[1], "    ") in shown
+
+
+MODELS = {"critical": Scene, "simulate": Simulation, "plan": PlanInputs, "map": MapInputs, "assess": PathInputs}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_an_option_takes_what_its_field_takes(name: str) -> None:
+    """A text, a number or one of several words: what is read of it has the type of the input."""
+    parser, properties = argparse.ArgumentParser(), MODELS[name].model_json_schema()["properties"]
+    COMMANDS[name].options(parser)
+    options = {action.dest: action for action in parser._actions if action.nargs != 0}
+    for key in properties.keys() & options.keys() - ({"friction_moment"} if name == "plan" else set()):
+        read = options[key].type or str
+        for kind in properties[key].get("anyOf", [properties[key]]):
+            if kind["type"] == "number":
+                assert read("0.3") == 0.3, key
+            for word in kind.get("enum", [kind.get("const", "law.csv")]) if kind["type"] == "string" else ():
+                assert read(word) == word, key
 
 
 def test_nothing_is_overwritten(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
