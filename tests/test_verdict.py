@@ -316,6 +316,17 @@ def test_a_sag_that_leaves_the_floor_where_the_strip_turns_back_is_lost_there(ki
     assert [event.travelled for event in found.events] == pytest.approx([13.865], abs=3e-3)
 
 
+@pytest.mark.parametrize("refinement", [1.0, 1.5])
+def test_a_sag_that_leaves_the_floor_where_its_strip_could_just_hang_is_followed(refinement: float) -> None:
+    """A little behind the fold of the branch that hangs free; it was followed back to that, and counted as lost."""
+    around = np.array([(2.11, 0.74), (3.12, 0.6), (3.53, 1.57), (3.62, 2.64)])
+    lines = [np.array([(-5.043, 0.0), (-2.0, 3.0)]), np.array([(-2.0, 3.0), around[0]])]
+    way = GripperPath("around", pieces_through([(f"part {i}", part) for i, part in enumerate((*lines, around))]))
+    solid = assess_strip(StripModel(10.086, 0.0553, kind="solid"), way, refinement=refinement)
+    assert solid.stable
+    assert solid.points[-1].topology == (False, True)  # type: ignore[union-attr]
+
+
 @pytest.mark.parametrize("kind", ["rod", "solid"])
 def test_a_strip_that_is_lifted_as_a_whole_is_laid_down_again_as_it_was(kind: str) -> None:
     """Without friction a state is one of the place of its gripper; all of it in the air, both ends bear its weight."""

@@ -208,7 +208,11 @@ def transferred(
             new = held.let_go(state.q, resists=False)
     along = point.tangent.q[problem.n :] if len(to) == len(here) else row
     towards = Tangent(np.concatenate([np.zeros(new.n), along]), point.tangent.lam)
-    return BranchPoint(new, continuation.evaluate(new.sliding, state, towards, point.arc))
+    found = continuation.evaluate(new.sliding, state, towards, point.arc)
+    if found.negatives == 0 and point.tangent.lam > 0.0 > found.tangent.lam:
+        # Just behind a fold of the new branch that of the guess may have pointed back to it.
+        found = replace(found, tangent=Tangent(-found.tangent.q, -found.tangent.lam))
+    return BranchPoint(new, found)
 
 
 def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint], BranchPoint]]:
