@@ -113,7 +113,7 @@ def options(parser: argparse._ActionsContainer, model: type[Input], names: Seque
         elif choices:
             settings["choices"] = choices
         elif Text in kinds:
-            settings["metavar"] = "TABLE.csv"
+            settings.setdefault("metavar", "TABLE.csv")
         elif field.annotation is not bool and "metavar" not in settings:
             settings |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
         parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **settings)
