@@ -12,6 +12,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
 from stripfold import Strip, elastica, paths
+from stripfold.ask.assess import PathAssessment
 from stripfold.ask.inputs import Simulation
 from stripfold.base.errors import InvalidInputError
 from stripfold.follow.contact_branch import STEPS
@@ -298,23 +299,25 @@ class TestThinStrips:
         assert Simulation(**given | {"eta_m": 1e-3}, height=0.09).model == "solid"
 
 
-def test_a_ruck_that_ends_at_the_held_end_is_no_error(tmp_path: Path) -> None:
-    """A low gripper pushes until what lies buckles, and the ruck runs to the pinned end and lifts the strip there."""
-    table = "t,x,z\n0,-0.183250,0\n0.333333,-0.150615,0.002572\n0.666667,-0.125799,0.112638\n1,-0.020857,0.011236\n"
-    (tmp_path / "pushes.csv").write_text(table, encoding="utf-8")
-    strip = Strip(length=0.3664993806260266, eta_b=3780.0, eta_m=8.637368334576566e-05)
-    found = strip.assess(paths.read(tmp_path / "pushes.csv", strip), model="rod", fall=True)
+def pushed(folder: Path, table: str, **strip: float) -> PathAssessment:
+    """A strip with its falls on a path whose low gripper pushes until what lies buckles."""
+    (folder / "pushes.csv").write_text(f"t,x,z\n{table}", encoding="utf-8")
+    made = Strip(eta_b=3780.0, **strip)
+    found = made.assess(paths.read(folder / "pushes.csv", made), model="rod", fall=True)
     assert found.critical[0]["kind"] == "compression"
-    assert not found.stable
+    return found
+
+
+def test_a_ruck_that_ends_at_the_held_end_is_no_error(tmp_path: Path) -> None:
+    """It runs to the pinned end and lifts the strip there."""
+    table = "0,-0.183250,0\n0.333333,-0.150615,0.002572\n0.666667,-0.125799,0.112638\n1,-0.020857,0.011236\n"
+    assert not pushed(tmp_path, table, length=0.3664993806260266, eta_m=8.637368334576566e-05).stable
 
 
 def test_a_ruck_on_a_smooth_table_has_no_place(tmp_path: Path) -> None:
     """Without friction it is in balance wherever it lies: statics do not go on from there."""
-    table = "t,x,z\n0,-0.3524,0\n1,-0.2242,0.0283\n2,0.2095,0.0283\n3,0.2879,0.0006\n"
-    (tmp_path / "pushes.csv").write_text(table, encoding="utf-8")
-    strip = Strip(length=0.7048, eta_b=3780.0, eta_m=1.3e-4)
-    found = strip.assess(paths.read(tmp_path / "pushes.csv", strip), model="rod", fall=True)
-    assert found.critical[0]["kind"] == "compression"
+    table = "0,-0.3524,0\n1,-0.2242,0.0283\n2,0.2095,0.0283\n3,0.2879,0.0006\n"
+    found = pushed(tmp_path, table, length=0.7048, eta_m=1.3e-4)
     assert found.failure.startswith("the strip rests with a ruck")
 
 

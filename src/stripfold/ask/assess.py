@@ -414,7 +414,7 @@ def assess(
     moved = _Moved.of(asked, path, yield_curvature, refinement, tolerance)
     strip, curve = moved.strip, moved.curve
     found = moved.followed(curve, progress=progress)
-    held = _Held(found, curve) if asked.layer_friction is not None else _held(moved, found, progress)
+    held = _Held(found, curve) if asked.layer_friction is not None else _on_table(moved, found, progress)
     found, way = held.found, held.way
     changes, touch_change, dependence = (nan,) * len(found.events), nan, ""
     if compare:
@@ -441,7 +441,7 @@ def assess(
         fold = half_fold(folded_length)
     planned, landing = (fold.first_touch + fold_line, fold.landing + fold_line) if fold else (nan, nan)
     states = found.static or found.states
-    forces, (problem, last) = forces_of(states), states[-1]
+    forces, (problem, last) = found.forces if found.static else forces_of(states), states[-1]
     laid_flat = found.end is End.FLAT
     completed = laid_flat or bool(abs(last.lam - curve.length) < 1e-6)
     end = np.array([fold_line + folded_length / 2.0, 0.0])
@@ -577,18 +577,18 @@ class _Held(NamedTuple):
     slide_t: float = nan
 
 
-def _held(moved: _Moved, found: Track, progress: Progress | None) -> _Held:
+def _on_table(moved: _Moved, found: Track, progress: Progress | None) -> _Held:
     """Find the friction that holds what lies, and how the strip moves on the table with what there is."""
     bound, length = moved.asked.table_friction, moved.strip.length
-    friction = np.abs(hold_frictions(forces_of(found.static), length))
+    friction = np.abs(hold_frictions(found.forces, length))
     needed = float(friction.max())
     if bound is None or needed <= bound:
         return _Held(found, moved.curve, needed)
     slip = _slip(found, friction, bound)
     way, known = slides_on(moved.mesh(), moved.curve, length, moved.effects, bound, moved.size, progress)
     found = moved.followed(way, progress=progress)
-    after = [at for at in found.static if at.point.lam > known]
-    lost = bool(after) and bool((np.abs(hold_frictions(forces_of(after), length)) > bound).any())
+    after = np.array([at.lam for _, at in found.static]) > known
+    lost = bool((np.abs(hold_frictions(found.forces[after], length)) > bound).any())
     return _Held(found, way, needed, slip, moved.curve.pseudo_time(known) if lost else nan)
 
 
@@ -607,7 +607,7 @@ def _in_time(moved: _Moved, statics: Track, progress: Progress | None) -> tuple[
     """Follow the path in time with friction between the layers, and see whether what lies rucks where it may."""
     asked = moved.asked
     # Wrinkles are there where they may grow.
-    wrinkled = _flatness_ratio(peak_push(statics.static, forces_of(statics.static))[0], asked) < 1.0
+    wrinkled = _flatness_ratio(peak_push(statics.static, statics.forces)[0], asked) < 1.0
     found = follow_in_time(
         moved.strip,
         moved.curve,
@@ -627,18 +627,16 @@ def _tested(file: Path, material: Material) -> tuple[MomentCurvature, float]:
     Raises InvalidInputError: no such table, or no law; the message names the row.
     """
     table = read_table("bending_test", file, "curvature,moment", (2, 10_000), more=("unloading",))
-    numbers = table.numbers()
     # The law goes through 0, with a row there or without.
-    first = int(numbers[0, 0] == 0.0)
-    curvature, *moments = numbers[first:].T
-    if len(curvature) < 2:
+    if table.numbers()[0, 0] == 0.0:
+        table = replace(table, rows=table.rows[1:])
+    if len(table.rows) < 2:
         raise InvalidInputError("bending_test", str(file), "two rows or more with a curvature")
-    for name, values in (("curvature", curvature), ("moment", np.mean(moments, axis=0))):
-        falls = np.flatnonzero(np.diff(values, prepend=0.0) <= 0.0)
-        if len(falls):
-            row, both = int(falls[0]), ", the mean of both ways" if name == "moment" and len(moments) > 1 else ""
-            allowed = f"numbers that rise from 0{both}"
-            raise InvalidInputError(name, float(values[row]), allowed, table.place(first + row))
+    curvature, *moments = table.numbers().T
+    rise = "numbers that rise from 0"
+    table.check_increasing(curvature, "curvature", rise, above=0.0)
+    both = ", the mean of both ways" if len(moments) > 1 else ""
+    table.check_increasing(np.mean(moments, axis=0), "moment", f"{rise}{both}", above=0.0)
     curvature, moments = material.gravity_length * curvature, [of / material.scales["N"] for of in moments]
     return split_loop(curvature, *moments) if len(moments) > 1 else (MomentCurvature(curvature, *moments), 0.0)
 

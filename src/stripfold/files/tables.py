@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -68,12 +69,17 @@ class Table:
         """Where a row is in the file, in words."""
         return f"row {self.rows[index][0]} of {self.path.name}"
 
-    def check_increasing(self, times: Array) -> None:
-        """Raise :class:`InvalidInputError`, which names the row, unless each value is larger than the one before."""
-        backwards = np.flatnonzero(np.diff(times) <= 0.0)
+    def check_increasing(
+        self, values: Array, key: str = "t", allowed: str = "times that increase", above: float = -inf
+    ) -> None:
+        """Raise :class:`InvalidInputError`, which names the row, unless each value is larger than the one before.
+
+        ``key``, ``allowed``: of the error.  ``above``: what the first one has to exceed.
+        """
+        backwards = np.flatnonzero(np.diff(values, prepend=above) <= 0.0)
         if len(backwards):
-            index = int(backwards[0]) + 1
-            raise InvalidInputError("t", float(times[index]), "times that increase", self.place(index))
+            index = int(backwards[0])
+            raise InvalidInputError(key, float(values[index]), allowed, self.place(index))
 
     def _refused(self, entries: list[str], allowed: str, index: int) -> InvalidInputError:
         return InvalidInputError(self.key, ",".join(entries)[:80], allowed, self.place(index))

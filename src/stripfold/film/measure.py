@@ -388,20 +388,21 @@ def _evaluate(
     by_video, by_log = sign * (x - flat_end), nan
     parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
     noise = float(np.median(tracks.gripper.sd[:, 0])) * pixel
-    clock, place = _by_log(recording, calibration, whole, time, noise, (mapping_sd, offset_sd))
-    if clock is None:
+    clock, path = None, recording.robot_log
+    if path is None:
         if gripper.template is not None:
             # The noise of the first frame, from which the template is, is the same in all.
             gripper_sd = hypot(gripper_sd, noise)
         parts |= {"mapping": mapping_sd, "camera": camera_sd, "gripper": gripper_sd}
         parts["offset"] = 0.0 if calibration.relative else offset_sd
     else:
+        clock, place = _by_log(path, recording, calibration, whole, time, noise, (mapping_sd, offset_sd))
         by_log = sign * (place - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.
         parts["clock"] = speed * clock.sd
         if abs(by_log - by_video) > MAX_LOG_ERROR:
             raise MeasurementError(
-                recording.entries.robot_log or "",
+                path.name,
                 f"lambda by the log is {(by_log - by_video) * 1e3:+.1f} mm from that by the video",
                 f"a difference of at most {MAX_LOG_ERROR * 1e3:g} mm",
                 "does the log give x of the gripped end, in the coordinates of the robot grid?",
@@ -453,15 +454,19 @@ def _delay(motion: Speed, tracks: Tracks) -> tuple[float, dict[str, float], list
 
 
 def _by_log(
-    recording: Recording, calibration: Mapped, whole: Tracks, time: float, noise: float, sds: tuple[float, float]
-) -> tuple[Clock | None, float]:
-    """The robot's clock, and x of the gripped end by its log at a time of the film, m; None and nan without a log.
+    path: Path,
+    recording: Recording,
+    calibration: Mapped,
+    whole: Tracks,
+    time: float,
+    noise: float,
+    sds: tuple[float, float],
+) -> tuple[Clock, float]:
+    """The robot's clock, and x of the gripped end by its log at a time of the film, m.
 
     ``noise``: of the gripper's place in a frame, m.  ``sds``: standard deviations of the mapping and the offset, m.
     """
-    path, (mapping_sd, offset_sd) = recording.robot_log, sds
-    if path is None:
-        return None, nan
+    mapping_sd, offset_sd = sds
     log = read_log(path, recording.entries.robot_log_columns)
     # A frame that repeats the one before shows the gripper where it was then.
     own = whole.gripper.tracked & ~whole.timing.doubled

@@ -202,6 +202,11 @@ class Track:
         return tuple(state for state in self.states if isinstance(state.point, Point))
 
     @cached_property
+    def forces(self) -> Array:
+        """:func:`forces_of` the static states."""
+        return forces_of(self.static)
+
+    @cached_property
     def branch(self) -> tuple[BranchPoint, ...]:
         """The states with contact coordinates."""
         return tuple(at for at in self.points if isinstance(at, BranchPoint))

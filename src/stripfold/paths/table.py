@@ -98,11 +98,10 @@ class LogFormat(Input):
         ``positions``: of the log as it is read, m, shape (n, 2); ``length``: of the strip, m; ``stated``: whether the
         log's header has their unit.
         """
-        size, factors = float(np.linalg.norm(np.ptp(positions, axis=0))), UNITS["m"]
-        if stated or self.unit or not size:
-            factors = {"": 1.0}
+        factors = {"": 1.0} if stated or self.unit else UNITS["m"]
         # The gripper goes about as far as the strip is long.
-        unit = min(factors, key=lambda name: abs(np.log(factors[name] * size / length)) if size else 0.0)
+        size = float(np.linalg.norm(np.ptp(positions, axis=0))) or length
+        unit = min(factors, key=lambda name: abs(np.log(factors[name] * size / length)))
         first = factors[unit] * positions[0]
         origin = np.round(first + self._signs * np.array([length / 2.0, 0.0]), 4)
         words = [] if factors[unit] == 1.0 else [f"--unit {unit}"]
