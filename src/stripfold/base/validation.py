@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import cache
 from math import inf
 from numbers import Real
 from pathlib import Path
@@ -240,7 +241,12 @@ def _explained(error: ValidationError, model: type[BaseModel]) -> InvalidInputEr
     """The first of pydantic's findings: unknown keys before all others, since a misspelt key is missing, too."""
     findings = error.errors(include_url=False)
     first = min(findings, key=lambda found: found["type"] != "extra_forbidden")
-    return _in_words(first, model.model_json_schema())
+    return _in_words(first, _schema(model))
+
+
+@cache
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
 
 
 def _in_words(found: ErrorDetails, schema: dict[str, Any]) -> InvalidInputError:

@@ -9,7 +9,7 @@ critical point, and the corrected branch has its own maximum of the advance (doc
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from math import floor, log
 
 import numpy as np
@@ -71,22 +71,26 @@ class Branch:
         ``moment``: M_0, rho_a g L*^2.  ``advance``: of the gripper, shape (k,), L*; one beyond the largest possible is
         replaced by that.  ``distance``: of the points from the gripper along the strip, shape (n,), L*.
         """
-        g = grid(NODES)
+        g, (splines, fine, at_fine) = grid(NODES), _splines()
         angle, length = self.angle + moment * self.angle_by_moment, self.length + moment * self.length_by_moment
-        reached = length * (1.0 - np.cos(angle) @ g.integral[-1])
-        fine = np.linspace(0.0, SHARES[-1], 1000)
-        states = CubicSpline(SHARES, np.column_stack([angle, length]))
-        values = CubicSpline(SHARES, reached)(fine)
+        values = at_fine @ (length * (1.0 - np.cos(angle) @ g.integral[-1]))
         rising = slice(0, int(np.argmax(values)) + 1)
-        share = np.interp(advance, np.maximum.accumulate(values[rising]), fine[rising])
-        out = np.empty((len(share), len(distance), 2))
-        for shape, (*theta, free) in zip(out, states(share), strict=True):
-            places = free * (g.integral @ np.column_stack([np.cos(theta), np.sin(theta)]))
-            lifted = distance < free
-            at = g.interpolate(places, 1.0 - distance[lifted] / free)
-            shape[lifted] = np.column_stack([free - at[:, 0], at[:, 1]])
-            shape[~lifted] = np.column_stack([distance[~lifted], np.zeros(int(np.sum(~lifted)))])
-        return out
+        states = splines(np.interp(advance, np.maximum.accumulate(values[rising]), fine[rising]))
+        theta, free = states @ angle, (states @ length)[:, None]
+        places = free[..., None] * np.stack([np.cos(theta) @ g.integral.T, np.sin(theta) @ g.integral.T], axis=2)
+        at = g.interpolate(places, np.clip(1.0 - distance / free, 0.0, 1.0))
+        lies = distance >= free
+        return np.stack([np.where(lies, distance, free - at[..., 0]), np.where(lies, 0.0, at[..., 1])], axis=2)
+
+
+@cache
+def _splines() -> tuple[CubicSpline, Array, Array]:
+    """The splines that are 1 at one of :data:`SHARES` and 0 at the others; shares close together; their values there.
+
+    A spline through values at :data:`SHARES` is their sum.
+    """
+    splines, fine = CubicSpline(SHARES, np.eye(len(SHARES))), np.linspace(0.0, SHARES[-1], 1000)
+    return splines, fine, splines(fine)
 
 
 def branch(z: float) -> Branch:
