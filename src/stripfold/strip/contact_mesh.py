@@ -115,11 +115,7 @@ class ContactMesh(ByFields):
 
     def growth(self, contact: Array) -> Array:
         """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements)."""
-        return np.take(self.part_growth(contact), self._part, axis=1)
-
-    def part_growth(self, contact: Array) -> Array:
-        """Derivatives of the logarithm of each part's length by the coordinates, (n_coordinates, n_parts)."""
-        return np.asarray(self._sides / self.parts(contact))
+        return np.take(self._sides / self.parts(contact), self._part, axis=1)
 
     def weight(self, contact: Array) -> tuple[Array, Array]:
         """Weight of what is off the floor, which carries that of what lies, and its derivatives by the coordinates.

@@ -46,7 +46,9 @@ class MovingContact(ByFields):
     motion: Motion
     effects: tuple[Effect, ...] = ()
     remembered: Array | None = None
-    _meshes: OrderedDict[bytes, StripProblem] = field(init=False, repr=False, default_factory=OrderedDict)
+    _meshes: OrderedDict[bytes, tuple[StripProblem, Array]] = field(
+        init=False, repr=False, default_factory=OrderedDict
+    )
     _linearised: dict[bytes, tuple[Array, Bordered]] = field(init=False, repr=False, default_factory=dict)
     """Of the last state, without a predicted stress."""
 
@@ -113,12 +115,16 @@ class MovingContact(ByFields):
 
     def at(self, contact: Array) -> StripProblem:
         """The strip with these contact coordinates, its effects on these elements, with the floor as a bound."""
+        return self._with_growth(contact)[0]
+
+    def _with_growth(self, contact: Array) -> tuple[StripProblem, Array]:
+        """The same, and the growth of its elements: :meth:`.ContactMesh.growth`."""
         key = contact.tobytes()
         if key not in self._meshes:
             model, before, effects = self.mesh.at(contact), self._remembered, self.effects
             if before is not None:
                 effects = tuple(effect.on(before, model) for effect in effects)
-            self._meshes[key] = StripProblem(model, self.motion, effects)
+            self._meshes[key] = StripProblem(model, self.motion, effects), self.mesh.growth(contact)
             if len(self._meshes) > KEPT_MESHES:
                 self._meshes.popitem(last=False)
         self._meshes.move_to_end(key)
@@ -240,7 +246,7 @@ class MovingContact(ByFields):
 
     def _assembled(self, q: Array, predicted_stress: Array | None) -> tuple[Array, Bordered]:
         u, contact = q[: self.n], q[self.n :]
-        strip, growth, (weight, weight_columns) = self.at(contact), self.mesh.growth(contact), self.mesh.weight(contact)
+        (strip, growth), (weight, weight_columns) = self._with_growth(contact), self.mesh.weight(contact)
         force, tangent, columns = strip.model.force_and_derivatives(u, growth, predicted_stress)
         force, columns = force + weight, columns + weight_columns
         for effect in strip.effects:
@@ -262,11 +268,12 @@ class MovingContact(ByFields):
         u, contact, change = q[: self.n], q[self.n :], dq[self.n :]
         if self.mesh.parts(contact + change).min() <= 0.0:
             raise NewtonError("the step ends with a part of negative length", residuals=[])
-        return q + dq, self.at(contact).model.predict_stress(u, dq[: self.n], change @ self.mesh.growth(contact))
+        strip, growth = self._with_growth(contact)
+        return q + dq, strip.model.predict_stress(u, dq[: self.n], change @ growth)
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
-        shorter = -(dq[self.n :] @ self.mesh.part_growth(self.contact(q))).min()
+        shorter = -(dq[self.n :] @ self._with_growth(self.contact(q))[1]).min()
         most = float(shorter) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
         return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
 
