@@ -89,6 +89,17 @@ def test_a_collapse_to_the_touch_only_gives_the_same_file_again(tmp_path: Path):
     assert not has(decode(first)[-1], colours.SETTLED)
 
 
+def test_the_command_line_draws_a_film(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    data = RESULTS["a collapse"]().to_dataset()
+    begin = int(np.flatnonzero(data.phase == "fall")[0])
+    store.write(data.isel(state=slice(begin - 1, begin + 20)), tmp_path / "fall.nc", title="a fall")
+    assert main(["film", str(tmp_path / "fall.nc"), "--output", str(tmp_path / "fall.mp4")]) == 0
+    assert capsys.readouterr().out.split() == ["written", str(tmp_path / "fall.mp4")]
+    seen = decode(tmp_path / "fall.mp4")
+    assert len(seen) > 20
+    assert has(seen[-1], colours.FALLING)
+
+
 @pytest.mark.parametrize("name", ["film.avi", "film", "mp4", "film.mp4.part"])
 def test_no_name_of_a_film(tmp_path: Path, name: str):
     with pytest.raises(InvalidInputError, match=r"\.mp4"):

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from contextlib import suppress
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +113,17 @@ def altered(film: Path, target: Path, matrices: Iterator[Array]) -> Path:
     return target
 
 
+def cut(film: Path, target: Path, frames: int) -> Path:
+    """The beginning of the film."""
+    with av.open(film) as source, av.open(target, "w") as sink:
+        read = source.streams.video[0]
+        made = sink.add_stream_from_template(read)
+        for packet in islice(source.demux(read), frames):
+            packet.stream = made
+            sink.mux(packet)
+    return target
+
+
 def test_lambda_of_a_film_alone(filmed: tuple[Path, float]):
     film, truth = filmed
     found = sf.measure(film, length=LENGTH, width=0.02)
@@ -194,7 +206,7 @@ def test_a_marker_of_another_size_is_refused(tmp_path: Path):
 def test_a_film_that_ends_before_the_snap_shows_none(filmed: tuple[Path, float], tmp_path: Path, end: float):
     """A bound, or too few frames for one: the fast way to the start, in which the first one ends, is no snap."""
     film, truth = filmed
-    short = altered(film, tmp_path / "short.mp4", (np.eye(2, 3) for _ in range(int(25.0 * end))))
+    short = cut(film, tmp_path / "short.mp4", int(25.0 * end))
     with suppress(MeasurementError):
         found = sf.measure(short, length=LENGTH)
         assert not found.snap
@@ -203,12 +215,11 @@ def test_a_film_that_ends_before_the_snap_shows_none(filmed: tuple[Path, float],
 
 def test_what_is_not_the_protocol_is_refused(filmed: tuple[Path, float], tmp_path: Path):
     film, _ = filmed
-    still = (np.eye(2, 3) for _ in range(20))
     with pytest.raises(MeasurementError, match="a gripper that is never lifted"):
-        sf.measure(altered(film, tmp_path / "flat.mp4", still), length=LENGTH)
-    cut = (np.array([[1.0, 0.0, 400.0], [0.0, 1.0, 0.0]]) for _ in range(20))
+        sf.measure(cut(film, tmp_path / "flat.mp4", 20), length=LENGTH)
+    aside = (np.array([[1.0, 0.0, 400.0], [0.0, 1.0, 0.0]]) for _ in range(20))
     with pytest.raises(TrackingError, match="no plate"):
-        sf.measure(altered(film, tmp_path / "cut.mp4", cut), length=LENGTH)
+        sf.measure(altered(film, tmp_path / "aside.mp4", aside), length=LENGTH)
     with pytest.raises(InvalidInputError, match=r"strip\.length = 45"):
         sf.measure(film, length=45.0)
     with pytest.raises(InvalidInputError, match=r"plate_width = 24.*24 cm is 0\.24 m"):
