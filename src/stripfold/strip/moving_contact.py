@@ -46,9 +46,7 @@ class MovingContact(ByFields):
     motion: Motion
     effects: tuple[Effect, ...] = ()
     remembered: Array | None = None
-    _meshes: OrderedDict[bytes, tuple[StripProblem, Array]] = field(
-        init=False, repr=False, default_factory=OrderedDict
-    )
+    _meshes: OrderedDict[bytes, tuple[StripProblem, Array]] = field(init=False, repr=False, default_factory=OrderedDict)
     _linearised: dict[bytes, tuple[Array, Bordered]] = field(init=False, repr=False, default_factory=dict)
     """Of the last state, without a predicted stress."""
 
