@@ -153,7 +153,7 @@ def test_a_plan_follows_the_curled_strip_and_knows_no_margin() -> None:
     alone = strip.assess(sf.paths.triangular(strip), model="rod", fall=True, curl=4.0)
     assert verdict.touch_x == pytest.approx(alone.touch_x, abs=1e-9)
     assert np.isnan(found.margin)
-    with pytest.raises(sf.NoPathError, match="at an unknown length"):
+    with pytest.raises(sf.NoPathError, match="snaps is not known"):
         strip.plan(eta_b_uncertainty=0.0, curl=4.0, margin=0.001)
     with pytest.raises(sf.InvalidInputError, match="no curl together with friction_moment"):
         strip.plan(curl=4.0, friction_moment=1e-4)

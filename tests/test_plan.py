@@ -134,7 +134,7 @@ class TestOutcomes:
         gentle = planner.ranked(asked(goal="gentle"), [*long.outcomes[1:], long.outcomes[0]])
         drops = [outcome.drop for outcome in gentle if outcome.flatness_ratio > 1.0]
         assert drops == sorted(drops)
-        with pytest.raises(NoPathError, match=r"at most 5 mm is asked for.*it snaps down by") as caught:
+        with pytest.raises(NoPathError, match=r"at most 5 mm is asked for.*the drop of its snap is") as caught:
             sf.Strip(length=0.4, eta_b=ETA_B).plan(eta_b_uncertainty=0.0, max_slide=0.005, max_snap=0.0, cores=1)
         assert {"low", "r-path"} <= {one.path for one in caught.value.refused}
 
@@ -148,7 +148,7 @@ class TestOutcomes:
         assert held.best.error[1] == pytest.approx(by_name(held)["low"].error[1], rel=0.2)
         assert held.best.tool_room > 0.5
         low = held.outcomes[-1]
-        assert low.excluded.startswith("the layers slide over each other by")
+        assert low.excluded.startswith("the slide of the layers over each other is")
 
     def test_what_slips_on_the_table_is_not_folded(self, strip: sf.Strip) -> None:
         """On the circular path 12 L* pull with 2.3 times what lies."""

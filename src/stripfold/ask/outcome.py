@@ -247,20 +247,20 @@ def outcome_of(
 def _excluded(asked: PlanInputs, found: Outcome) -> str:
     """The first limit that an outcome does not keep, in words; a number that is not known keeps none."""
     limits = (
-        ("it snaps down by", found.drop, asked.max_snap, 1.0),
-        ("the layers slide over each other by", found.layer_slide, asked.max_slide, 1.0),
-        ("it passes where the strip snaps at", found.margin, asked.margin, -1.0),
-        ("the longest tool that clears the table has", found.tool_room, asked.tool, -1.0),
+        ("the drop of its snap", found.drop, asked.max_snap, 1.0),
+        ("the slide of the layers over each other", found.layer_slide, asked.max_slide, 1.0),
+        ("its distance from where the strip snaps", found.margin, asked.margin, -1.0),
+        ("the longest tool that clears the table", found.tool_room, asked.tool, -1.0),
     )
     for what, value, limit, sign in limits:
         if limit is not None and not sign * value <= sign * limit + ROUNDING:
-            return f"{what} {_mm(value)}, {'at most' if sign > 0.0 else 'at least'} {_mm(limit)} is asked for"
+            return f"{what} is {_mm(value)}, {'at most' if sign > 0.0 else 'at least'} {_mm(limit)} is asked for"
     return ""
 
 
 def _mm(value: float) -> str:
     if isnan(value):
-        return "an unknown length"
+        return "not known"
     return f"{1e3 * value:.2g} mm" if abs(value) < 0.01 else f"{1e3 * value:.0f} mm"
 
 

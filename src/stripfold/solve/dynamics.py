@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from stripfold.base.arrays import Array, Index
-from stripfold.base.errors import NewtonError, SolveError, TimeStepError
+from stripfold.base.errors import CrushedError, NewtonError, SolveError, TimeStepError
 from stripfold.solve.newton import NewtonOptions, rounding
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
 
@@ -233,7 +233,7 @@ def march(
                 f"no time step from t = {state.t:.6g} succeeds: {failure}",
                 parameter=state.lam,
                 step=dt,
-                advice="allow shorter steps or add damping",
+                advice="" if isinstance(failure, CrushedError) else "allow shorter steps or add damping",
                 last=state,
             ) from failure
         event = next((event for event in until if event.happened(new)), None)

@@ -165,8 +165,7 @@ def solve(
         ):
             violation = problem.admissibility(q)
             if violation:
-                advice = "take a smaller step or a thinner strip"
-                raise CrushedError(violation, parameter=lam, residuals=history, advice=advice)
+                raise CrushedError(violation, parameter=lam, residuals=history)
             moved = float(np.abs(q - guess)[problem.metric > 0.0].max(initial=0.0))
             if moved > options.max_distance:
                 allowed = f"allowed {options.max_distance:.2g}: another branch"

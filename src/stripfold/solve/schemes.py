@@ -186,7 +186,7 @@ def solve_compiled(
         raise NewtonError(message, advice="take a smaller step", **residuals)
     violation = problem.admissibility(q)
     if violation:
-        raise CrushedError(violation, advice="take a smaller step or a thinner strip", **residuals)
+        raise CrushedError(violation, **residuals)
     if problem.elements_over_step(begin.q, q) is None:
         return None
     return Equilibrium(q, lam, problem.bounded[active], tuple(history), force)

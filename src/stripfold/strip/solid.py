@@ -212,9 +212,8 @@ class Solid(Model):
         least = self._least_strain(q)
         if least > LEAST_STRAIN:
             return ""
-        return (
-            f"the strip is crushed: its strain is {least:.3g}, least allowed is {LEAST_STRAIN}; the rod bends linearly"
-        )
+        found = f"its strain is {least:.3g}, least allowed is {LEAST_STRAIN}"
+        return f"the solid is crushed: {found}: take the rod, which bends linearly"
 
     def _least_strain(self, q: Array) -> float:
         return float(kernels.elements.least(self.elements, np.ascontiguousarray(q)))
