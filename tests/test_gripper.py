@@ -216,6 +216,31 @@ class TestAssess:
         # Up to where the hinge loses it the strip has its shape, so that the moment is small.
         assert 0.0 < clamp.peak_moment < 0.1 * 9.81 * self.strip.gravity_length**2
 
+    strip_to_turn = sf.Strip(length=0.1955, eta_b=3780, eta_m=3e-4)
+
+    def turned(self, share: float, end: float, file: Path) -> sf.paths.FoldPath:
+        """A path down to the height ``end``, L*, whose gripper turns by a share of half a turn."""
+        t, unit = np.linspace(0.0, 1.0, 60), self.strip_to_turn.gravity_length
+        corners = [-3.26, -2.96, 2.78], [0.0, 0.32, end]
+        places = [np.interp(t, [0.0, 0.5, 1.0], unit * np.array(corner)) for corner in corners]
+        table = np.column_stack([t, *places, share * 180.0 * (3.0 * t**2 - 2.0 * t**3)])
+        np.savetxt(file, table, delimiter=",", header="t,x,z,angle", comments="")
+        return sf.paths.read(file, self.strip_to_turn)
+
+    def test_a_strip_bent_sharply_by_its_clamp_is_resolved(self, tmp_path: Path) -> None:
+        """With solid elements as long as elsewhere it would bifurcate half of the way, also with coarser ones."""
+        path = self.turned(0.74, 0.1, tmp_path / "path.csv")
+        rod, solid = (self.strip_to_turn.assess(path, model=kind, gripper="turning") for kind in ("rod", "solid"))
+        assert rod.stable
+        assert solid.stable
+        assert not solid.mesh_dependence
+        assert solid.touch_x == pytest.approx(rod.touch_x, abs=0.01 * self.strip_to_turn.gravity_length)
+
+    def test_a_strip_that_its_clamp_crushes_is_said_where(self, tmp_path: Path) -> None:
+        path = self.turned(0.4, 0.02, tmp_path / "path.csv")
+        with pytest.raises(sf.SolveError, match=r"^row 5\d, gripper at x = .*turning clamp may bend .* is crushed"):
+            self.strip_to_turn.assess(path, model="solid", gripper="turning")
+
     def test_a_gripper_that_does_not_turn_folds_nothing(self) -> None:
         found = self.strip.assess(sf.paths.triangular(self.strip), model="rod", gripper="fixed")
         assert not found.folded

@@ -20,7 +20,7 @@ from stripfold.ask.second_gripper import SecondOnPath, second_on_path
 from stripfold.ask.select_model import COARSER
 from stripfold.base.arguments import checked, file_name
 from stripfold.base.arrays import Array
-from stripfold.base.errors import InvalidInputError, SolveError
+from stripfold.base.errors import CrushedError, InvalidInputError, SolveError
 from stripfold.base.material import Material
 from stripfold.base.numerics import root
 from stripfold.base.progress import AFTER, BEFORE, FALL, SLOW
@@ -413,7 +413,11 @@ def assess(
     began, material, unit = perf_counter(), asked.material, asked.gravity_length
     moved = _Moved.of(asked, path, yield_curvature, refinement, tolerance)
     strip, curve = moved.strip, moved.curve
-    found = moved.followed(curve, progress=progress)
+    try:
+        found = moved.followed(curve, progress=progress)
+    except SolveError as error:
+        error.args = (f"{_where(error, asked, curve)}{error}",)
+        raise
     held = _Held(found, curve) if asked.layer_friction is not None else _on_table(moved, found, progress)
     found, way = held.found, held.way
     changes, touch_change, dependence = (nan,) * len(found.events), nan, ""
@@ -554,7 +558,8 @@ class _Moved:
 
     def mesh(self, factor: float = 1.0) -> Planned:
         """Plan elements of the usual lengths times a factor."""
-        return self.strip.contact_mesh(factor * self.refinement, memory=self.memory)
+        clamped = self.asked.gripper != "hinge"
+        return self.strip.contact_mesh(factor * self.refinement, memory=self.memory, clamped=clamped)
 
     def followed(self, way: GripperPath, factor: float = 1.0, progress: Progress | None = None) -> Track:
         """Follow a path; ``factor``: on the lengths of the elements."""
@@ -690,6 +695,17 @@ def _events(found: Track, material: Material, path: GripperPath, changes: Sequen
         given |= {"drop": scales["m"] * drop, "energy": scales["J m-1"] * energy, "speed": scales["m s-1"] * speed}
         events.append(given | {"outcome": outcome, "change": scales["m"] * change})
     return events
+
+
+def _where(error: SolveError, asked: PathInputs, path: GripperPath) -> str:
+    """Say where on the path an error happened; empty where it does not say."""
+    if not isfinite(error.parameter):
+        return ""
+    x, z = (asked.gravity_length * path.position(error.parameter)).tolist()
+    row = "" if (number := path.row(error.parameter)) is None else f"row {number}, "
+    bent = CrushedError in (type(error), type(error.__cause__)) and asked.gripper != "hinge"
+    bent_by = f", where the {asked.gripper} clamp may bend the strip's end too sharply" if bent else ""
+    return f"{row}gripper at x = {x:.4g} m, z = {z:.4g} m{bent_by}: "
 
 
 def _statics(found: Track, count: int) -> int:

@@ -256,7 +256,7 @@ def assess_strip(
     of the result.
     """
     say = progress or (lambda _: None)
-    mesh = strip.contact_mesh(refinement)
+    mesh = strip.contact_mesh(refinement, clamped=path.gripper != "hinge")
     found = follow(mesh, path, strip.length, first, piece, options=options, progress=say)
     while fall is not None and found.end is End.SNAP and len(found.events) <= MAX_FALLS:
         try:

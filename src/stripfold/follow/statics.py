@@ -80,11 +80,16 @@ class StripModel:
     kind: str = "solid"
     curl: float = 0.0
 
-    def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Planned:
-        """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
+    def contact_mesh(self, refinement: float = 1.0, memory: bool = False, clamped: bool = False) -> Planned:
+        """Plans meshes that move with the lift-off.
+
+        ``memory``: what lies has a history, and elements to keep it.  ``clamped``: the gripper may bend the strip's end
+        sharply.
+        """
         lying, laid = (0.15, LAID) if memory else (4.0, inf)
         at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.18)
-        sizes = contact_mesh.Sizes(free, lying, at_contact, laid).scaled(refinement)
+        sizes = contact_mesh.Sizes(free, lying, at_contact, laid, at_end=0.15 * free if clamped else inf)
+        sizes = sizes.scaled(refinement)
 
         def plan(contact: Array) -> ContactMesh:
             return ContactMesh.of(self.length, LYING, contact, sizes, self.model)

@@ -34,8 +34,8 @@ INTERVAL, FOLDED = (False, True, False, True), (True, False, True)
 class Sizes:
     """Element lengths.
 
-    ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``: shortest elements, at the
-    contact coordinates, L*; inf for none.  ``laid``: length of the last part that lies which may have been lifted, and
+    ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``, ``at_end``: shortest elements, at
+    the contact coordinates and at the grasped end, L*; inf for none.  ``laid``: length of the last part that lies which may have been lifted, and
     laid down bent, L*: beyond, elements grow as they may.  ``growth``: ratio of neighbouring elements away from a
     contact.  ``least``: smallest number of elements of a part.
     """
@@ -46,6 +46,7 @@ class Sizes:
     laid: float = np.inf
     growth: float = 1.5
     least: int = 8
+    at_end: float = np.inf
 
     def scaled(self, factor: float) -> Sizes:
         """All lengths of elements times a factor."""
@@ -56,14 +57,19 @@ class Sizes:
             self.laid,
             self.growth**factor,
             max(round(self.least / factor), 3),
+            factor * self.at_end,
         )
 
     def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
-        """Lengths of the elements of a part, as shares of it; ``contacts``: which of its ends are at a contact."""
+        """Lengths of the elements of a part, as shares of it; ``contacts``: which of its ends are at a contact.
+
+        The first part is the one that has none on its left.
+        """
         longest = self.lying if on_floor else self.free
         if not on_floor or self.at_contact < longest:
             longest = min(longest, length / self.least)
-        sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
+        shortest = (self.at_contact if contacts[0] else self.at_end, self.at_contact if contacts[1] else np.inf)
+        sides = [[min(size, longest)] for size in shortest]
         grows = on_floor and contacts == (True, False) and self.laid < length
         if grows:
             # From the contact on to the held end.
