@@ -34,7 +34,7 @@ INTERVAL, FOLDED = (False, True, False, True), (True, False, True)
 class Sizes:
     """Element lengths.
 
-    ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``, ``at_end``: shortest ones, at the
+    ``free``, ``lying``: longest elements off the floor and on it, L*.  ``at_contact``, ``at_end``: shortest ones at the
     contact coordinates and at the grasped end, L*; inf for none.  ``laid``: length of the last part that lies which may
     have been lifted, and laid down bent, L*: beyond, elements grow as they may.  ``growth``: ratio of neighbouring
     elements away from a contact.  ``least``: smallest number of elements of a part.
