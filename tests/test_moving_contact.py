@@ -19,6 +19,7 @@ from stripfold.follow.statics import StripModel
 from stripfold.follow.track import End
 from stripfold.paths import geometric
 from stripfold.strip.contact_mesh import FOLDED, INTERVAL, LYING, POINT, ContactMesh, Sizes, Topology
+from stripfold.strip.effects import Pull
 from stripfold.strip.moving_contact import MovingContact
 from stripfold.strip.problem import AlongX, Slipping, TwoGrippers
 from stripfold.strip.rod import Rod
@@ -66,6 +67,9 @@ class TestEquations:
         self.check(MovingContact(mesh, AlongX(1.0)))
         # The whole strip slides.
         self.check(MovingContact(mesh, Slipping(geometric.triangular(9.0).pieces[0], 9.0, ratio=0.4)))
+        # What pulls back was on other elements.
+        before = 0.03 * np.random.default_rng(4).normal(size=mesh.model.size)
+        self.check(MovingContact(mesh, AlongX(1.0), (Pull(mesh.model, 40.0, before),), mesh.planned))
         if any(mesh.points):
             self.check(MovingContact(mesh, TwoGrippers(AlongX(1.0), CONTACT[topology][0], 0.1, 0.4 - 1.0)))
 

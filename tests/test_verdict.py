@@ -288,6 +288,16 @@ def test_cloth_whose_layer_comes_down_is_not_lost(model: Any) -> None:
     assert found.shape_error == pytest.approx(0.190 * strip.gravity_length, rel=0.03)
 
 
+def test_the_papers_pull_keeps_what_would_snap() -> None:
+    """Its effect depends on the step: what holds is a force per displacement since the last one."""
+    strip = sf.Strip(length=0.36, eta_b=3780)
+    path = sf.paths.r_path(strip)
+    lost, kept = (strip.assess(path, model="rod", pull=k_f, step=0.024) for k_f in (0.2, 50.0))
+    assert [event["kind"] for event in lost.critical] == ["snap-through"]
+    assert kept.stable
+    assert kept.folded
+
+
 def test_a_thick_strip_that_is_pushed_is_crushed_and_does_not_snap_by_its_elements() -> None:
     """The law of the solid softens in compression: the finer the elements, the earlier it snapped."""
     length, way = 12.0, pieces_through([("up", np.array([[-6.0, 0.0], [-3.0, 1.6], [4.0, 4.0]]))])
