@@ -188,14 +188,9 @@ def test_yaml_with_tags_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture
 ALIASES = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))
 
 
-@pytest.mark.parametrize(
-    ("command", "text", "part"),
-    [
-        ("measure .", ALIASES, "without aliases"),
-        ("simulate scene.yaml", "a: " + "[" * 50_000, "levels deep"),
-    ],
-)
-def test_yaml_that_takes_long_to_load_is_refused_at_once(tmp_path: Path, command: str, text: str, part: str) -> None:
+@pytest.mark.parametrize(("text", "part"), [(ALIASES, "without aliases"), ("a: " + "[" * 50_000, "levels deep")])
+@pytest.mark.parametrize("command", ["simulate scene.yaml", "measure ."])
+def test_yaml_that_takes_long_to_load_is_refused_at_once(tmp_path: Path, text: str, part: str, command: str) -> None:
     """A billion entries, or brackets that each cost a pass: where nothing refuses them the limits end the process."""
     for name in ("scene.yaml", "recording.yaml"):
         (tmp_path / name).write_text(text)

@@ -703,9 +703,9 @@ def _where(error: SolveError, asked: PathInputs, path: GripperPath) -> str:
         return ""
     x, z = (asked.gravity_length * path.position(error.parameter)).tolist()
     row = "" if (number := path.row(error.parameter)) is None else f"row {number}, "
-    bent = CrushedError in (type(error), type(error.__cause__)) and asked.gripper != "hinge"
-    bent_by = f", where the {asked.gripper} clamp may bend the strip's end too sharply" if bent else ""
-    return f"{row}gripper at x = {x:.4g} m, z = {z:.4g} m{bent_by}: "
+    crushed = any(isinstance(one, CrushedError) for one in (error, error.__cause__))
+    bent = f", where the {asked.gripper} clamp may bend the strip's end too sharply"
+    return f"{row}gripper at x = {x:.4g} m, z = {z:.4g} m{bent if crushed and asked.gripper != 'hinge' else ''}: "
 
 
 def _statics(found: Track, count: int) -> int:

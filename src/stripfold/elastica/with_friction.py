@@ -85,7 +85,7 @@ class Branch:
 
 @cache
 def _splines() -> tuple[CubicSpline, Array, Array]:
-    """The splines that are 1 at one of :data:`SHARES` and 0 at the others; shares close together; their values there.
+    """The splines that are 1 at one of :data:`SHARES` and 0 at the others, shares close together, and their values.
 
     A spline through values at :data:`SHARES` is their sum.
     """

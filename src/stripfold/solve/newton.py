@@ -143,14 +143,15 @@ def solve(
     not converge, or not near enough to the guess; CrushedError: when the equilibrium found is inadmissible.
     """
     options = options or NewtonOptions()
-    guess, q = q, q.copy()
+    guess, begin, q = q, lam, q.copy()
     bounded, lower = problem.bounded, problem.lower
     is_active = np.isin(bounded, active)
     history: list[float] = []
     sets = np.zeros((4, len(bounded)), bool)
 
     def failed(why: str, advice: str = "") -> NewtonError:
-        return NewtonError(why, parameter=lam, residuals=history, advice=advice)
+        # Where it failed lambda may be anything.
+        return NewtonError(why, parameter=begin, residuals=history, advice=advice)
 
     for iteration in range(options.max_iterations):
         at = Linearised(problem, q, lam, bounded[is_active], predicted_stress)
