@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 import stripfold as sf
 from made_up import assess_path
 from stripfold import elastica
+from stripfold.base.errors import InvalidInputError
 from stripfold.base.material import Material
 from stripfold.cli import main
 from stripfold.follow.fall import assess_strip
@@ -21,7 +22,7 @@ from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, follow
 from stripfold.follow.time import Ridge, follow_in_time, rucks
 from stripfold.follow.track import BUMP, BUMP_ENERGY, WAVE, forces_of, friction_to_hold, peak_push
-from stripfold.paths import geometric
+from stripfold.paths import FoldPath, geometric
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.fold_path import lifted_triangular
 from stripfold.paths.rpath import plan_r_path
@@ -37,8 +38,9 @@ LOW = geometric.low(9.0, 1.0).sampled(0.1)[1] * UNIT
 ANGLE = np.linspace(0.0, 0.5 * np.pi, 40)
 
 
-def written(file: Path, rows: Any) -> str:
-    table = "".join(f"{t},{x:.9f},{max(z, 0.0):.9f}\n" for t, (x, z) in enumerate(rows))
+def written(file: Path, rows: Any, times: Any = None) -> str:
+    rows = zip(range(len(rows)) if times is None else times, rows, strict=True)
+    table = "".join(f"{t},{x:.9f},{max(z, 0.0):.9f}\n" for t, (x, z) in rows)
     file.write_text(f"t,x,z\n{table}", encoding="utf-8")
     return str(file)
 
@@ -216,6 +218,56 @@ def test_a_thin_strip_that_is_pushed_from_its_start_moves_as_a_thicker_one() -> 
         shapes.append(problem.model.mid_surface(last.q))
     np.testing.assert_allclose(*shapes, atol=0.02)
     assert shapes[0][:, 1].max() > 0.8
+
+
+class TestSpeed:
+    """A path in time at a speed, or as its table says."""
+
+    strip = sf.Strip(length=0.24, eta_b=3770.0)
+    asked: ClassVar[dict[str, Any]] = {"model": "rod", "layer_friction": 0.3, "flatness": 0.0}
+
+    def logged(self, folder: Path, t: Any) -> FoldPath:
+        """A triangular path at times that are a function of the share of it that has been travelled."""
+        path = sf.paths.triangular(self.strip)
+        travelled, places = path.curve.sampled(0.004)
+        return sf.paths.read(written(folder / "log.csv", places, t(travelled / travelled[-1])), self.strip)
+
+    def test_a_log_at_a_constant_speed_is_that_speed(self, tmp_path: Path) -> None:
+        path = self.logged(tmp_path, lambda share: 2.0 * share)
+        speed = path.curve.length / 2.0
+        own, given = (self.strip.assess(path, **self.asked, speed=at) for at in ("table", speed))
+        assert own.duration == pytest.approx(2.0, rel=1e-9) == given.duration
+        assert own.touch_x == pytest.approx(given.touch_x, abs=0.03 * self.strip.gravity_length), "within a step"
+
+    def test_the_gripper_is_where_the_log_has_it_when_it_says_so(self, tmp_path: Path) -> None:
+        """It starts slowly, rests for a second after a third of its way, and gets slower towards its end."""
+        path = self.logged(tmp_path, lambda share: 4.0 * np.sqrt(share) ** 3 + (share > 1.0 / 3.0) + share)
+        found = self.strip.assess(path, **self.asked, speed="table")
+        t, lam = np.array([(state.t, state.lam) for _, state in found.states]).T
+        unit, second = self.strip.gravity_length, np.sqrt(self.strip.gravity_length / 9.81)
+        share = unit * lam / path.curve.length
+        expected = 4.0 * share**1.5 + (share > 1.0 / 3.0) + share
+        moving = (share < 1.0) & (np.abs(share - 1.0 / 3.0) > 0.02)
+        np.testing.assert_allclose((t * second + expected[0])[moving], expected[moving], atol=0.02)
+        assert found.duration == pytest.approx(6.0)
+
+    def test_how_fast_a_path_is_decides_where_the_strip_lies(self) -> None:
+        """An explicit chain of masses folds it to 0.2 mm at 0.2 m/s; at 0.45 and 0.55 m/s it is 104 and 114 mm off."""
+        strip = sf.Strip(length=18.0 * sf.Strip(length=1.0, eta_b=3770.0).gravity_length, eta_b=3770.0)
+        slow, fast = (strip.assess(sf.paths.r_path(strip), **self.asked, speed=speed) for speed in (0.2, 0.5))
+        assert slow.shape_error < 1e-3
+        assert fast.shape_error > 0.05
+        assert fast.completed
+        assert not fast.folded
+
+    def test_what_cannot_be_a_speed_is_refused(self, tmp_path: Path) -> None:
+        path = sf.paths.triangular(self.strip)
+        with pytest.raises(InvalidInputError, match="a speed together with layer_friction"):
+            self.strip.assess(path, speed=0.1)
+        with pytest.raises(InvalidInputError, match=r"a speed in m/s: this path is from no table"):
+            self.strip.assess(path, layer_friction=0.3, speed="table")
+        with pytest.raises(InvalidInputError, match=r"times of the path in s; read as s, they let it take 4e\+06 s"):
+            self.strip.assess(self.logged(tmp_path, lambda share: 4e6 * share), layer_friction=0.3, speed="table")
 
 
 @pytest.mark.parametrize(

@@ -85,9 +85,12 @@ def number(text: str, unit: str = "") -> float:
 metres = partial(number, unit="m")
 
 
-def place_or_auto(text: str) -> float | str:
-    """Read a place, m, or "auto"."""
-    return text if text == "auto" else metres(text)
+def number_or(word: str, text: str, unit: str) -> float | str:
+    """Read a number in a unit, or a word."""
+    try:
+        return text if text == word else number(text, unit)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, or {word}") from None
 
 
 def options(parser: argparse._ActionsContainer, model: type[Input], names: Sequence[str], **more: Any) -> None:
@@ -108,14 +111,15 @@ def options(parser: argparse._ActionsContainer, model: type[Input], names: Seque
         elif field.default is not None:
             default = field.default if isinstance(field.default, str) else f"{field.default:g}"
             settings["default"], text = field.default, f"{text} [{default}]"
-        if choices == ("auto",):
-            settings |= {"type": place_or_auto, "metavar": "M|auto"}
+        letter = "M" if unit == "m" else "X"
+        if len(choices) == 1:
+            settings |= {"type": partial(number_or, choices[0], unit=unit), "metavar": f"{letter}|{choices[0]}"}
         elif choices:
             settings["choices"] = choices
         elif Text in kinds:
             settings.setdefault("metavar", "TABLE.csv")
         elif field.annotation is not bool and "metavar" not in settings:
-            settings |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
+            settings |= {"type": partial(number, unit=unit), "metavar": letter}
         parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **settings)
 
 
@@ -531,8 +535,8 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     _log_options(parser)
     options(parser, PathInputs, ("fall",))
     options(parser.add_mutually_exclusive_group(), PathInputs, ("friction_moment", "pull"))
-    options(parser, PathInputs, ("layer_friction", "step", "second_gripper", "gripper", "flatness", "table_friction"))
-    options(parser, PathInputs, ("curl", "bending_test"))
+    options(parser, PathInputs, ("layer_friction", "speed", "step", "second_gripper", "gripper", "flatness"))
+    options(parser, PathInputs, ("table_friction", "curl", "bending_test"))
     parser.add_argument("--output", metavar="RESULT.nc", help="write the verdict with all states there")
     plot_option(parser, "the strip along the path")
     parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")

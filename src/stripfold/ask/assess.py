@@ -33,7 +33,7 @@ from stripfold.follow.fall import TIME_OPTIONS, Fall, assess_strip, size_of_fall
 from stripfold.follow.memory import FIRST_WITH_FRICTION, STEP, Effects, effects_of, load_path
 from stripfold.follow.slide import slide_of, slides_on
 from stripfold.follow.statics import StripModel, branch, remeshed
-from stripfold.follow.time import Ridge, follow_in_time, rucks
+from stripfold.follow.time import SPEED, Ridge, follow_in_time, rucks
 from stripfold.follow.track import (
     BUMP,
     BUMP_ENERGY,
@@ -59,8 +59,9 @@ from stripfold.follow.track import (
 )
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
+from stripfold.paths.motion import StampedPath
 from stripfold.paths.rpath import half_fold
-from stripfold.paths.table import largest_miss
+from stripfold.paths.table import SPACING, largest_miss
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
 from stripfold.strip.effects import MomentCurvature, split_loop
@@ -71,7 +72,9 @@ if TYPE_CHECKING:
 
 NODES = 201
 """Nodes along the strip at which states on a path are stored: their own meshes differ."""
-NOT_FOLLOWED = "not followed: the statics end here"
+NOT_FOLLOWED, IN_TIME = "not followed: the statics end here", "the statics end here; the motion in time goes on"
+SPEEDS = 1e-4, 10.0
+"""Mean speeds of a table's own times that can be followed, m/s."""
 HALVED = 0.5
 """Ratio of the lengths of the elements on the mesh that a thin solid is compared with: coarser ones lead to the same
 side of a bifurcation."""
@@ -137,6 +140,8 @@ class PathAssessment(Result):
     rucked
         Whether what lies rucks in time on a ridge of that height, as wide as the bump, behind the lift-off under the
         largest static push; None where statics alone were asked for, or say that nothing grows.
+    duration
+        Of the gripper's motion along the path, s; nan where it was not followed in time.
     completed
         Whether the path was followed to its end.
     contact
@@ -182,6 +187,7 @@ class PathAssessment(Result):
     rucked: bool | None
     folded: bool
     end_error: float
+    duration: float
     completed: bool
     contact: str
     failure: str
@@ -213,6 +219,7 @@ class PathAssessment(Result):
             *([] if self.asked.gripper == "hinge" else [("peak moment", self._clamped())]),
             ("gripper", self._turned()),
             ("peak push", self._push()),
+            *([] if isnan(self.duration) else [("motion", self._motion())]),
             ("completed", self._completed()),
             *self._second_rows(),
             *([("model", f"rod: thinner than {THIN_SOLID:g} L*")] if self._is_thin() else []),
@@ -309,6 +316,10 @@ class PathAssessment(Result):
         if self.bump > unit:
             bump = f"no bump lower than {1e3 * unit:.2g} mm grows under it"
         return f"{self.peak_push:.4g} N/m  (on what lies, gripper {1e3 * self.push_z:.1f} mm high; {bump})"
+
+    def _motion(self) -> str:
+        mean = self.path.curve.length / self.duration
+        return f"{self.duration:.3g} s of the gripper, {mean:.3g} m/s in the mean, and on to rest"
 
     def _completed(self) -> str:
         if self.completed:
@@ -425,7 +436,7 @@ def assess(
         if progress is not None:
             progress("on another mesh")
         changes, touch_change, dependence = _compared(moved, found, way)
-    events, failure, rucked = _events(found, material, curve, changes), found.failure, None
+    events, failure, rucked, duration = _events(found, material, curve, changes), found.failure, None, nan
     if asked.layer_friction is not None:
         if found.touch is not None:  # these statics know no friction between the layers
             events = []
@@ -435,6 +446,8 @@ def assess(
             failure = error
         else:
             touch_change = nan  # of the motion in time there is one run
+            events = [event | {"outcome": IN_TIME} for event in events]
+            duration = moved.duration
     second = None
     if asked.second_gripper is not None:
         second = second_on_path(material, asked.length, curve, asked.second_gripper)
@@ -485,6 +498,7 @@ def assess(
         rucked=rucked,
         folded=bool(distance <= folded_loop().height),
         end_error=unit * end_error,
+        duration=duration,
         completed=completed,
         contact=found.contact,
         failure="" if failure is None else material.in_si(" ".join(str(failure).split())),
@@ -528,6 +542,13 @@ class _Moved:
         if asked.gripper == "turning" and not curve.turns:
             advice = "an R-path says how its gripper turns, and a table with a column angle, degrees"
             raise InvalidInputError("gripper", asked.gripper, "hinge or fixed on this path", advice)
+        if asked.speed == "table":
+            if curve.stamps is None:
+                raise InvalidInputError("speed", asked.speed, "a speed in m/s: this path is from no table")
+            took = float(curve.stamps[1][-1])
+            if not SPEEDS[0] <= unit * curve.length / took <= SPEEDS[1]:
+                said = f"read as s, they let it take {took:.4g} s for {unit * curve.length:.3g} m"
+                raise InvalidInputError("speed", asked.speed, "times of the path in s", said)
         if asked.step is not None and asked.step > unit * curve.length:
             allowed = f"more than 0 and at most {unit * curve.length:.4g} m, the length of the path"
             raise InvalidInputError("step", asked.step, allowed)
@@ -555,6 +576,23 @@ class _Moved:
             begin=FIRST_WITH_FRICTION if moment else 0.0,
             refinement=refinement,
         )
+
+    @property
+    def speed(self) -> float | StampedPath:
+        """Of the gripper in time, or its motion as the path's own times say it."""
+        asked, scales = self.asked, self.asked.material.scales
+        if asked.speed != "table":
+            return SPEED if asked.speed is None else asked.speed / scales["m s-1"]
+        travelled, _ = self.curve.sampled(SPACING)
+        t = np.array([self.curve.pseudo_time(float(s)) for s in travelled])
+        return StampedPath(t / scales["s"], travelled)
+
+    @property
+    def duration(self) -> float:
+        """Of the gripper's motion in time, s."""
+        speed = self.speed
+        took = float(speed.t[-1]) if isinstance(speed, StampedPath) else self.curve.length / speed
+        return took * self.asked.material.scales["s"]
 
     def mesh(self, factor: float = 1.0) -> Planned:
         """Plan elements of the usual lengths times a factor."""
@@ -619,6 +657,7 @@ def _in_time(moved: _Moved, statics: Track, progress: Progress | None) -> tuple[
         asked.layer_friction or 0.0,
         moved.moment,
         damping=in_solver_units(Release(), asked.material).damping,
+        speed=moved.speed,
         refinement=moved.refinement,
         ridge=Ridge.worst(statics.static, asked.flatness / asked.gravity_length) if wrinkled else None,
         progress=progress,

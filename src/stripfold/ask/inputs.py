@@ -327,6 +327,13 @@ class PathInputs(Curled):
         Number | None,
         quantity("coefficient of friction between the layers and on the floor; followed in time", ge=0.0, le=MAX_MU),
     ] = None
+    speed: Annotated[
+        Annotated[Number, Field(ge=1e-4, le=10.0)] | Literal["table"] | None,
+        quantity(
+            "speed of the gripper in time, or table: that of the path's own times, s; by default 0.2 sqrt(g L*)",
+            "m s^-1",
+        ),
+    ] = None
     step: Annotated[Number | None, quantity("step size with friction; by default 0.1 L*", "m", ge=1e-9, le=1e6)] = None
 
     second_gripper: SecondPlace = None
@@ -396,6 +403,9 @@ class PathInputs(Curled):
         if self.layer_friction is not None and (self.fall or self.pull is not None):
             advice = "with it a path is followed in time: falls are part of it, and the pull is not defined there"
             raise InvalidInputError("layer_friction", self.layer_friction, "neither fall nor pull with it", advice)
+        if self.speed is not None and self.layer_friction is None:
+            allowed = "a speed together with layer_friction, with which a path is followed in time"
+            raise InvalidInputError("speed", self.speed, allowed)
         if self.step is not None and not internal and self.bending_test is None:
             raise InvalidInputError("step", self.step, "a step together with friction_moment, pull or bending_test")
         return self

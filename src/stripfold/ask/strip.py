@@ -204,6 +204,7 @@ class Strip:
         friction_moment: float | None = None,
         pull: float | None = None,
         layer_friction: float | None = None,
+        speed: float | Literal["table"] | None = None,
         step: float | None = None,
         second_gripper: float | Literal["auto"] | None = None,
         model: MovingModel | None = None,
@@ -233,6 +234,9 @@ class Strip:
         layer_friction
             Coefficient of friction between the layers and on the floor.  The path is then followed in time, to rest at
             its end; the critical points are those of statics before the first touch.
+        speed
+            Of the gripper in time, m/s; "table": as the path's own times say, s.  0.2 sqrt(g L*), about 0.1 m/s, where
+            it is not given.
         step
             Size of the steps with friction, m; 0.1 L* where it is not given.
         second_gripper

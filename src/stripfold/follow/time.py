@@ -27,7 +27,7 @@ from stripfold.follow.memory import STEP, effects_of, load, with_effects
 from stripfold.follow.statics import StripModel, from_flat, lift, start_along_x
 from stripfold.follow.track import End, StripState, Track, grip_and_hold
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.motion import TimedPath
+from stripfold.paths.motion import StampedPath, TimedPath
 from stripfold.solve import dynamics, newton
 from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.newton import NewtonOptions
@@ -97,7 +97,7 @@ def follow_in_time(
     *,
     damping: Damping,
     yield_curvature: float | None = None,
-    speed: float | TimedPath = SPEED,
+    speed: float | TimedPath | StampedPath = SPEED,
     refinement: float = 1.0,
     ridge: Ridge | None = None,
     options: TimeOptions = TIME_OPTIONS,
@@ -136,7 +136,7 @@ def follow_in_time(
     problem = replace(problem, effects=(*hysteresis, *layers))
     on_floor = problem.bounded[q[problem.bounded] <= problem.lower]
     first = dynamics.start(problem, q, np.zeros(model.size), lifted.lam, on_floor)
-    if isinstance(speed, TimedPath):
+    if isinstance(speed, TimedPath | StampedPath):
         drive: Drive = (timing := speed.starting_at(lifted.lam))
         moving = float(timing.t[-1])
     else:

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stripfold.base.arrays import Array
 from stripfold.paths.curve import turns
 from stripfold.paths.table import CORNER
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 KNOTS = 400
 """Times, at least, between two rests at which a motion with a limited jerk is stored."""
@@ -56,6 +61,33 @@ class TimedPath:
     def starting_at(self, travelled: float) -> TimedPath:
         """The same motion, with the time at which it has come that far within its first interval as zero."""
         return replace(self, t=self.t - self.t[1] * sqrt(travelled / self.travelled[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class StampedPath:
+    """The length travelled over time as a table says it, a :class:`.Drive`: smooth, and never back.
+
+    ``t``, ``travelled``: times and lengths travelled at places of a path, ascending, shape (n,) each.
+    """
+
+    t: Array
+    travelled: Array
+
+    @cached_property
+    def _law(self) -> PchipInterpolator:
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.t, self.travelled)
+
+    def lam(self, t: float) -> float:
+        return float(self._law(min(t, self.t[-1])))
+
+    def rate(self, t: float) -> float:
+        return float(self._law(t, 1)) if t < self.t[-1] else 0.0
+
+    def starting_at(self, travelled: float) -> StampedPath:
+        """The same motion, with the time at which it has come that far as zero."""
+        return replace(self, t=self.t - self._law.solve(travelled, extrapolate=False)[0])
 
 
 def timed(travelled: Array, places: Array, speed: float, acceleration: float, jerk: float | None = None) -> TimedPath:
