@@ -1,14 +1,15 @@
 """eta_b from photographs held by hand, beside the card: intervals against truths.
 
-The second generator of films draws folds and hanging strips of up to 6 cm width before a backdrop, with wrinkles, their
-shadows and the card of :mod:`stripfold.film.plate`, printed by OpenCV; half of the strips share the picture with a
-ruler.  A camera looks from a hand: up to 8 degrees down, 6 aside, rolled by up to 8.  Its focal length is known of two
-thirds of them, to the rounding of a phone's data, and so is the strip's width, to half a millimetre.
+The second generator of films draws folds and hanging strips of up to 6 cm width and hanging loops of up to 3 cm before
+a backdrop, with wrinkles, their shadows and the card of :mod:`stripfold.film.plate`, printed by OpenCV; half of the
+strips share the picture with a ruler.  A camera looks from a hand: up to 8 degrees down, 6 aside, rolled by up to 8.
+Its focal length is known of two thirds of them, to the rounding of a phone's data, and so is the strip's width, to half
+a millimetre.
 """
 
 from __future__ import annotations
 
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import cv2
@@ -17,6 +18,7 @@ import xarray as xr
 from scipy.integrate import solve_bvp
 
 from stripfold.base.arrays import Array, Picture
+from stripfold.base.errors import SolveError
 from stripfold.base.material import GRAVITY
 from stripfold.film import eta, plate
 from verification.common import Progress, attempted, pooled, table
@@ -25,11 +27,20 @@ from verification.films.second.picture import Camera, Look, Studio, exposed, pol
 from verification.numbers import Facts, Number, covers, seed_of, share
 from verification.phone_films import PRINT_SD, plate_print
 
+METHODS = "fold", "cantilever", "heart", "pear"
 SIZE = 1600, 1200
+WIDEST_LOOP = 0.03
+"""Largest width of a strip that hangs as a loop, m: through a wider one little is seen."""
 WRINKLE, WRINKLES = 0.004, 5
 """Largest height of each wave of a wrinkled strip, L*, and their number: one to five along the strip."""
 WIDTH_SD, DEPTH_SD = 5e-4, 0.002
 """Standard deviations of the width that is told, and of the card's distance from the plane of the strip's edge, m."""
+JAWS = {
+    "cantilever": ((-0.05, 0.0, 0.015), (-0.05, 0.0, -0.015)),
+    "heart": ((-0.004, 0.004, -0.012),),
+    "pear": ((-0.015, 0.0, 0.04), (0.0, 0.015, 0.04)),
+}
+"""Rectangles beside the clamped end: x from and to, and how high, m."""
 WRONG = 3.0
 """Half widths of an interval beyond which a value is wrong without a word."""
 
@@ -66,6 +77,35 @@ def folded(thickness: float) -> Array:
     return np.vstack(lines) + np.array([0.0, 0.5 * thickness])
 
 
+def looped(kind: str, half: float, thickness: float) -> Array:
+    """x and z of a loop that hangs from its ends, shape (n, 2), L*, these at the origin; ``half`` of its length."""
+    right = _half_loop(kind, half, thickness)
+    return np.concatenate([right * [-1.0, 1.0], right[-2::-1]])
+
+
+@lru_cache
+def _half_loop(kind: str, half: float, thickness: float) -> Array:
+    """By a solver of boundary value problems, from the loop without weight on."""
+    s, upright = np.linspace(0.0, 1.0, 400), 0.5 * np.pi if kind == "heart" else -0.5 * np.pi
+    angle = upright - (np.pi + upright) * s + (0.0 if kind == "heart" else 1.2) * np.sin(np.pi * s)
+    places = [np.cumsum(of(angle)) / len(s) for of in (np.cos, np.sin)]
+    y, p = np.array([angle, np.gradient(angle, s), *places]), np.zeros(1)
+    for weight in [0.0, *np.geomspace(0.05, max(half**3, 0.05), 24)]:
+
+        def rates(s: Array, y: Array, p: Array, weight: float = weight) -> Array:
+            sin, cos = np.sin(y[0]), np.cos(y[0])
+            return np.array([y[1], p[0] * sin - weight * (s - 1.0) * cos, cos, sin])
+
+        def ends(a: Array, b: Array, p: Array) -> Array:
+            return np.array([a[0] - upright, b[0] + np.pi, a[2] - 0.5 * thickness / half, a[3], b[2]])
+
+        found = solve_bvp(rates, ends, s, y, p, tol=1e-6, max_nodes=50000)
+        if not found.success:
+            raise SolveError("the loop that is drawn was not found", parameter=half)
+        y, p = found.sol(s), found.p
+    return half * np.asarray(found.sol(np.linspace(0.0, 1.0, 300))[2:].T)
+
+
 def wrinkled(curve: Array, height: float, random: np.random.Generator) -> Array:
     """The curve with waves across it, each of up to ``height``, none at its ends."""
     share = np.linspace(0.0, 1.0, len(curve))
@@ -78,11 +118,16 @@ def wrinkled(curve: Array, height: float, random: np.random.Generator) -> Array:
 def photograph(method: str, random: np.random.Generator) -> Photograph:
     """Draw a strip, beside the card."""
     unit = float(random.uniform(0.02, 0.04))
-    width, thickness = float(random.uniform(0.005, 0.06)), float(random.uniform(0.02, 0.06)) * unit
+    is_loop = method in ("heart", "pear")
+    widest = WIDEST_LOOP if is_loop else 0.06
+    width, thickness = float(random.uniform(0.005, widest)), float(random.uniform(0.02, 0.06)) * unit
     height = WRINKLE * float(random.choice([0.0, 1.0]))
     if method == "fold":
         curve = unit * wrinkled(folded(thickness / unit), height, random) * [random.choice([-1.0, 1.0]), 1.0]
         curve = curve - [0.5 * (curve[:, 0].min() + curve[:, 0].max()), 0.0]
+    elif is_loop:
+        curve = unit * wrinkled(looped(method, float(random.uniform(2.0, 5.0)), thickness / unit), height, random)
+        curve = curve - [0.0, curve[:, 1].min() - random.uniform(0.01, 0.04)]
     else:
         shape = hanging(float(random.uniform(1.3, 3.5)), np.radians(random.uniform(-12.0, 12.0)))
         curve = unit * wrinkled(shape, height, random)
@@ -90,7 +135,12 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
     right = float(curve[:, 0].max()) + random.uniform(0.015, 0.04)
     paper, size = plate_print(plate.CARD)
     left, focal = float(curve[:, 0].min()), float(random.uniform(0.65, 0.85))
-    field = (right + size[0] - left) / float(random.uniform(0.55, 0.85))
+    middle, field = 0.5 * (left + right + size[0]), right + size[0] - left
+    if is_loop:
+        # A camera in front of the loop, with the card beside it.
+        middle = random.uniform(0.0, 0.5) * middle
+        field = 2.0 * (right + size[0] - middle)
+    field /= float(random.uniform(0.55, 0.85))
     camera = Camera(
         SIZE,
         field,
@@ -101,7 +151,7 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
         roll=float(random.uniform(-8.0, 8.0)),
         wider=0.7,
     )
-    camera.place += np.array([0.5 * (left + right + size[0]), 0.0, 0.4 * curve[:, 1].max() + 0.01])
+    camera.place += np.array([middle, 0.0, 0.4 * curve[:, 1].max() + 0.01])
     dark = bool(random.random() < 0.5)
     strip, desk, wall = (0.12, 0.5, 0.7) if dark else (0.8, 0.25, 0.15)
     look = Look(
@@ -124,9 +174,9 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
     )
     studio = Studio(camera, look, random)
     canvas = studio.strip(curve, float(random.uniform(0.08, 0.3)), wall)
-    if method == "cantilever":
-        x, z = curve[0]
-        jaws = np.array([[[x - 0.05, z + s * 0.015], [x, z + s * 0.015], [x, z], [x - 0.05, z]] for s in (1.0, -1.0)])
+    if method != "fold":
+        x, z = curve[0] if method == "cantilever" else 0.5 * (curve[0] + curve[-1])
+        jaws = np.array([x, z]) + np.array([[[a, d], [b, d], [b, 0.0], [a, 0.0]] for a, b, d in JAWS[method]])
         at = np.stack([jaws[..., 0], np.full(jaws.shape[:2], -0.001), jaws[..., 1]], axis=-1)
         polygons(canvas, camera.on_canvas(at), np.array([70.0, 75.0]))
     printed = random.normal(1.0, PRINT_SD) * size
@@ -149,7 +199,7 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
 def measured(number: int, seed: int) -> dict[str, Any]:
     """One photograph, drawn and measured: eta_b and the ends of its interval over the truth, nan where refused."""
     random = np.random.default_rng([seed, number])
-    method = ("fold", "cantilever")[number % 2]
+    method = METHODS[number % len(METHODS)]
     seen = photograph(method, random)
     row = {"case": number, "method": method, "told": (seen.width is not None) + 2.0 * (seen.focal is not None)}
     found, message = attempted(

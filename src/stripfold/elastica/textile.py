@@ -162,8 +162,9 @@ NODES = 96
 STEP = 0.01
 """Change of the height over the half's length from one solution to the next; least one by the weight, below which it
 says too little about L*."""
-MAX_WEIGHT = 4000.0
-"""Largest ``a``: a loop of 32 L* is nearly a double strip that hangs straight."""
+WEIGHTS = 0.02, 4000.0
+"""Least and largest ``a``: a loop of half an L* is hardly bent by its weight, one of 32 L* is nearly a double strip
+that hangs straight."""
 
 
 def eta_b_from_hanging_loop(kind: str, length: float, height: float) -> float:
@@ -185,15 +186,41 @@ def eta_b_from_hanging_loop(kind: str, length: float, height: float) -> float:
     return _weight(kind, wanted, half) / (GRAVITY * half**3)
 
 
+def hanging_loop(kind: str, weight: float, gap: float = 0.0) -> Array:
+    """x and z of one half of a loop that hangs, from the clamp to its lowest point, shape (201, 2), at equal distances.
+
+    Lengths over the half's.  ``kind``: "heart" or "pear"; ``weight``: ``a``, from 0.02 to 4000; ``gap``: distance of
+    the middle of an end from the axis, half of the strip's thickness.  Raises NewtonError: there is no such loop.
+    """
+    weights, known = _known(kind)
+    guess = known[int(np.argmin(np.abs(np.log(weights / weight))))]
+    g, angle = grid(NODES), _angle(kind, _solved(kind, guess, weight=weight, gap=gap))
+    places = np.column_stack([gap + g.integral @ np.cos(angle), g.integral @ np.sin(angle)])
+    return g.interpolate(places, np.linspace(0.0, 1.0, 201))
+
+
+@lru_cache
+def _known(kind: str) -> tuple[Array, Array]:
+    """Values of ``a``, shape (n,), and the solutions with them, each found from the one before."""
+    weights, values = np.geomspace(*WEIGHTS, 40), [_without_weight(kind)]
+    for weight in weights:
+        values.append(_solved(kind, values[-1], weight=float(weight)))
+    return weights, np.array(values[1:])
+
+
+def _without_weight(kind: str) -> Array:
+    values = np.zeros(NODES + 2)
+    values[:NODES] = -BULGE[kind] * np.pi**2 * np.sin(np.pi * grid(NODES).nodes)
+    return _solved(kind, values)
+
+
 def _weight(kind: str, wanted: float, half: float) -> float:
     """``a`` of the height over the half loop's length, in steps from the loop without weight."""
-    height, values = round(wanted * half, 9), np.zeros(NODES + 2)
-    values[:NODES] = -BULGE[kind] * np.pi**2 * np.sin(np.pi * grid(NODES).nodes)
-    values = _solved(kind, values)
+    height, values = round(wanted * half, 9), _without_weight(kind)
     depth = _depth(kind, values) + STEP
     if wanted < depth:
         raise InvalidInputError("height", height, f"at least {depth * half:.4g} m", "take a longer strip")
-    while values[-1] <= MAX_WEIGHT:
+    while values[-1] <= WEIGHTS[1]:
         values = _solved(kind, values, depth)
         if depth == wanted:
             return float(values[-1])
@@ -219,17 +246,18 @@ def _twice(second: Array) -> Array:
     return np.asarray(twice - np.multiply.outer(g.nodes, twice[-1]))
 
 
-def _solved(kind: str, values: Array, depth: float | None = None) -> Array:
-    """theta'' at the nodes, F_x and ``a``, by Newton's method; without weight where no ``depth`` is given."""
+def _solved(kind: str, values: Array, depth: float | None = None, weight: float = 0.0, gap: float = 0.0) -> Array:
+    """theta'' at the nodes, F_x and ``a``, by Newton's method: of a loop of this ``depth``, or of this ``weight``."""
     g = grid(NODES)
     matrix = _twice(np.eye(NODES))
     for _ in range(40):
         angle = _angle(kind, values)
         sin, cos, ahead = np.sin(angle), np.cos(angle), g.nodes - 1.0
-        force, weight = values[-2:]
-        right = np.concatenate([values[:NODES] - force * sin + weight * ahead * cos, [g.integral[-1] @ cos, weight]])
+        force, a = values[-2:]
+        ends = [gap + g.integral[-1] @ cos, a - weight]
+        right = np.concatenate([values[:NODES] - force * sin + a * ahead * cos, ends])
         slopes = np.zeros((NODES + 2, NODES + 2))
-        slopes[:NODES, :NODES] = np.eye(NODES) - (force * cos + weight * ahead * sin)[:, None] * matrix
+        slopes[:NODES, :NODES] = np.eye(NODES) - (force * cos + a * ahead * sin)[:, None] * matrix
         slopes[:NODES, -2], slopes[:NODES, -1] = -sin, ahead * cos
         slopes[-2, :NODES] = -(g.integral[-1] * sin) @ matrix
         slopes[-1, -1] = 1.0

@@ -1,12 +1,13 @@
 """eta_b of a fabric: by the height of its fold, a hanging loop, a bending test, or from one picture.
 
-A picture shows the loop of a folded strip, or a strip that hangs out of a clamp.  The interval covers what the picture
-says, scatter of the edges, light and the free end, and where the camera may have stood.  The scale holds in the plane
-of the strip's near edge; behind it all is seen smaller, and the middle of the band that is seen lies between both
-edges.  Beside a plate both edges are in the fit (:class:`.fold.Depth`).  Without one nobody knows where the camera
-stood: eta_b may be up to 3/2 of the depth too high; a tilt of the camera shows a face of the strip and shortens the
-picture; its roll turns the vertical, on which only a hanging strip depends.  The interval then excludes the scale, an
-error of 1 % of which is one of 3 % of eta_b with either method.  It excludes friction and plasticity of the cloth.
+A picture shows the loop of a folded strip, a strip that hangs out of a clamp, or one that hangs as a loop.  The
+interval covers what the picture says, scatter of the edges, light and the free end, and where the camera may have
+stood.  The scale holds in the plane of the strip's near edge; behind it all is seen smaller, and the middle of the band
+that is seen lies between both edges.  Beside a plate both edges are in the fit (:class:`.fold.Depth`).  Without one
+nobody knows where the camera stood: eta_b may be up to 3/2 of the depth too high; a tilt of the camera shows a face of
+the strip and shortens the picture; its roll turns the vertical, on which only a hanging strip depends.  The interval
+then excludes the scale, an error of 1 % of which is one of 3 % of eta_b with either method.  It excludes friction and
+plasticity of the cloth.
 """
 
 from __future__ import annotations
@@ -164,14 +165,14 @@ class EtaB(Result):
 
 
 def _of_picture(asked: EtaRequest, file: str) -> EtaB:
-    """eta_b by a picture: of the fold in it or else of the strip that hangs, where that is not given."""
+    """eta_b by a picture: of the fold in it, or else of the loop or the strip that hangs, where that is not given."""
     require("vision")
     from stripfold.film.pictures import focal_of, read_grey
 
     view = asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True)
     name, image = Path(file).name, read_grey(file)
     failures = []
-    for method in ("fold", "cantilever") if asked.method is None else (asked.method,):
+    for method in ("fold", "loop", "cantilever") if asked.method is None else (asked.method,):
         try:
             if asked.scale is not None:
                 return from_image(image, asked.scale, method, name, asked.slope, View(**view))
@@ -179,10 +180,10 @@ def _of_picture(asked: EtaRequest, file: str) -> EtaB:
             return from_plate(image, method, name, asked.slope, width=asked.width, focal=focal, **view)
         except TrackingError as error:
             failures.append(error)
-    if len(failures) == 1 or failures[0].found == failures[1].found:
+    if len({failure.found for failure in failures}) == 1:
         raise failures[0]
-    fold, hangs = failures
-    found = f"neither a fold ({fold.found}) nor a strip that hangs ({hangs.found})"
+    fold, loop, hangs = (failure.found for failure in failures)
+    found = f"neither a fold ({fold}), nor a hanging loop ({loop}), nor a hanging strip ({hangs})"
     raise TrackingError(name, found, "one of them", "say which with method, and what is wrong with it is said alone")
 
 
@@ -196,8 +197,8 @@ def from_image(
 ) -> EtaB:
     """Measure eta_b in the grey values of an upright picture, shape (h, w), with ``scale`` metres per pixel.
 
-    ``slope``, degrees: see :func:`eta_b`.  ``view``: what is not excluded of the camera.  Raises TrackingError: no
-    strip as the method needs it.
+    ``method``: of :func:`eta_b`, or "loop" for a heart or a pear.  ``slope``, degrees: see there.  ``view``: what is
+    not excluded of the camera.  Raises TrackingError: no strip as the method needs it.
     """
     view = view or View()
     return _found(_fit(image, method, source, slope, view.roll), image, scale, source, view)
@@ -281,10 +282,13 @@ def _upright_sd(mapping: Mapping, draws: Sequence[Mapping], outline: Array) -> f
 def _fit(
     image: Picture, method: str, source: str, slope: float | None, roll: float, depth: Depth | None = None
 ) -> ShapeFit:
-    from stripfold.film import cantilever, fold
+    from stripfold.film import cantilever, fold, hanging_loop
 
     if method == "fold":
         return fold.measure(image, source, depth)
+    if method != "cantilever":
+        kinds = hanging_loop.KINDS if method == "loop" else (method,)
+        return hanging_loop.measure(image, kinds, source, depth)  # type: ignore[arg-type]
     return cantilever.measure(image, source, None if slope is None else radians(slope), radians(roll), depth)
 
 
@@ -373,7 +377,7 @@ def eta_b(
     image: str | os.PathLike[str] | None = None,
     scale: float | None = None,
     ruler: str | None = None,
-    method: Literal["fold", "cantilever"] | None = None,
+    method: Literal["fold", "cantilever", "heart", "pear"] | None = None,
     slope: float | None = None,
     tilt: float | None = None,
     roll: float | None = None,
@@ -392,14 +396,15 @@ def eta_b(
     fold_height
         Height of the loop of a strip folded in half, m; or
     image
-        a picture, upright, of such a loop or of a strip that hangs out of a clamp, with
+        a picture, upright, of such a loop, of a strip that hangs out of a clamp, or of a heart or pear loop, with
     scale
         m per pixel, or
     ruler
         "x1,y1,x2,y2,length": two marks of a ruler in it, pixels, and their distance, m; without either it shows the
         plate, by which it is seen straight; and
     method
-        "fold" or "cantilever", a strip that hangs; what is found in the picture if left out.
+        "fold", "cantilever", a strip that hangs, "heart" or "pear", one that hangs from both ends, which point upwards
+        or downwards; what is found in the picture if left out.
     slope
         Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
     tilt, roll, depth

@@ -12,6 +12,7 @@ from stripfold.draw.style import MILLI, WIDTH, figure, styled
 from stripfold.film.cantilever import Cantilever
 from stripfold.film.eta import EtaB
 from stripfold.film.fold import Fold
+from stripfold.film.hanging_loop import FittedLoop
 
 MAX_SIDE = 700
 """Longest side of the picture in the figure, pixels."""
@@ -21,7 +22,7 @@ MAX_SIDE = 700
 def draw(found: EtaB) -> Figure:
     """Draw the fit over the picture, and the residual below it, both in mm."""
     image, fit, unit = found.image, found.fit, found.scale * MILLI
-    assert isinstance(fit, Fold | Cantilever)
+    assert isinstance(fit, Fold | Cantilever | FittedLoop)
     shown = fit.line.points if isinstance(fit, Cantilever) and fit.line is not None else fit.curve
     rows, columns = _window(shown, image.shape)
     aspect = (rows.stop - rows.start) / (columns.stop - columns.start)
@@ -29,10 +30,10 @@ def draw(found: EtaB) -> Figure:
     fig = figure(height + 1.75)
     above, below = fig.subplots(2, 1, height_ratios=(height, 1.0))
     draw_picture(above, image, unit, rows, columns)
-    if isinstance(fit, Fold):
-        _fold(above, below, fit, unit)
-    else:
+    if isinstance(fit, Cantilever):
         _cantilever(above, below, fit, unit)
+    else:
+        _loop(above, below, fit, unit)
     below.axhline(0.0, color=GREY, lw=0.6)
     below.set_ylabel("residual [mm]")
     low, high = found.interval
@@ -71,13 +72,13 @@ def _cantilever(above: Axes, below: Axes, shape: Cantilever, unit: float) -> Non
     below.set(xlabel="arc length from the clamp [mm]", xlim=(s[0], s[-1]))
 
 
-def _fold(above: Axes, below: Axes, fold: Fold, unit: float) -> None:
-    above.plot(*(fold.points * unit).T, ".", color=MID_SURFACE, ms=2.0, label="strip's middle")
-    above.plot(*(fold.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="loop of a linear strip")
-    ends = np.array([fold.foot, fold.top]) * unit
-    above.plot(*ends.T, color=GREY, lw=1.0, marker="_", label=f"height {fold.height * unit:.4g} mm")
-    below.plot(fold.arc * unit, fold.residual * unit, ".", color=MID_SURFACE, ms=2.0)
-    below.set(xlabel="arc length from the lift-off point [mm]")
+def _loop(above: Axes, below: Axes, fit: Fold | FittedLoop, unit: float) -> None:
+    above.plot(*(fit.points * unit).T, ".", color=MID_SURFACE, ms=2.0, label="strip's middle")
+    above.plot(*(fit.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="loop of a linear strip")
+    ends = np.array([fit.foot, fit.top]) * unit
+    above.plot(*ends.T, color=GREY, lw=1.0, marker="_", label=f"height {fit.height * unit:.4g} mm")
+    below.plot(fit.arc * unit, fit.residual * unit, ".", color=MID_SURFACE, ms=2.0)
+    below.set(xlabel=f"arc length from the {'lift-off point' if isinstance(fit, Fold) else 'clamp'} [mm]")
 
 
 def _window(points: Array, shape: tuple[int, ...]) -> tuple[slice, slice]:

@@ -9,9 +9,10 @@ band are measured on sections along the fitted curve, without those where the la
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -58,8 +59,6 @@ ROOM = 0.4
 """How far around the loop other things are looked for, L*."""
 MAX_BESIDE = 0.1
 """Largest area there of what is connected with the strip but not a part of it, over the strip's: shadows are larger."""
-NEEDED = "a strip folded in half that lies on a table, seen from the side, with light through its loop"
-ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,30 +178,154 @@ class Fold(ShapeFit):
         return {"height": self.height * scale, "height_sd": self.height * scale * self.sd}
 
 
-def measure(image: Picture, source: str = "picture", depth: Depth | None = None) -> Fold:
-    """Fit the loop of a folded strip in an upright picture, grey values of shape (h, w).
+class Shape(ABC):
+    """One of a family of dimensionless shapes with k parameters; layers meet, or nearly, at its origin.
 
-    ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises TrackingError: no strip, no
-    loop, one that the picture cuts, or one that has not the shape of a fold.
+    ``name``, ``unit_name``: in words.  ``needed``, ``advice``, ``crooked``: what a picture has to show, how, and why it
+    may have another shape.  ``toward``: the direction in which the layers are near each other at the origin.
+    ``largest_misfit``: largest root mean square of the residuals, over the unit.  ``most_holes``: number of the largest
+    holes of a picture that are compared.
     """
-    place, width, bright, faint, seen = _initial(image, source, depth)
-    thickness, blur, least = width / place.unit, FIRST_BLUR, MIN_FOUND[depth is not None]
+
+    name: ClassVar[str]
+    unit_name: ClassVar[str]
+    needed: ClassVar[str]
+    advice: ClassVar[str]
+    crooked: ClassVar[str]
+    toward: ClassVar[tuple[float, float]]
+    largest_misfit: ClassVar[float]
+    most_holes: ClassVar[int | None] = None
+
+    @property
+    @abstractmethod
+    def middle(self) -> Array:
+        """The middle of the band, shape (m, 2)."""
+
+    @abstractmethod
+    def sections(self, unit: float, width: float, apart: float, source: str) -> tuple[Array, Array, Array]:
+        """Arc lengths, (n,), places where layers are ``apart``, (n, 2), and their change by the parameters, (k, n, 2).
+
+        ``unit``, ``width``, ``apart``: pixels; the middles of both layers are to be so far from each other.  Raises
+        TrackingError: there is no such place, or the band is too wide.
+        """
+
+    @abstractmethod
+    def said_by(self, width: float, unit: float) -> tuple[Array, Array]:
+        """What a band's width, pixels, says of the parameters: their change, and its standard deviation, shape (k,)."""
+
+    @abstractmethod
+    def is_around(self, found: Array, others: Array) -> Mask:
+        """Which of the ``others`` may be no part of the strip, of places that were ``found``, shapes (n, 2)."""
+
+    @abstractmethod
+    def changed(self, by: Array) -> Self:
+        """The shape with other parameters."""
+
+
+@dataclass(frozen=True)
+class FoldedLoop(Shape):
+    """The loop of a strip folded in half, L*; its parameter is the distance of the layers where they meet."""
+
+    thickness: float
+    name, unit_name, crooked = "loop of a folded strip", "L*", "is it folded without a crease?"
+    needed = "a strip folded in half that lies on a table, seen from the side, with light through its loop"
+    advice = (
+        "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
+    )
+    toward, largest_misfit = (0.0, 1.0), MAX_MISFIT
+
+    @property
+    def middle(self) -> Array:
+        return outline(self.thickness)
+
+    def sections(self, unit: float, width: float, apart: float, source: str) -> tuple[Array, Array, Array]:
+        if not width / unit <= MAX_THICKNESS:
+            found = f"a band whose width is {width / unit:.2f} of the loop's L*"
+            raise TrackingError(source, found, self.needed, f"the strip may be {MAX_THICKNESS:g} L* thick at most")
+        if apart / unit > MAX_HIDDEN:
+            found = f"the loop's L* has {unit:.0f} pixels: too small"
+            raise TrackingError(source, found, self.needed, "come closer")
+        arc, places, by_thickness = visible(self.thickness, apart / unit)
+        return arc, places, by_thickness[None]
+
+    def said_by(self, width: float, unit: float) -> tuple[Array, Array]:
+        return np.array([width / unit - self.thickness]), np.array([thickness_sd(width) / unit])
+
+    def is_around(self, found: Array, others: Array) -> Mask:
+        low, high = [found[:, 0].min(), 0.0], found.max(axis=0) + ROOM
+        return np.asarray(((others > low) & (others < high)).all(axis=1))
+
+    def changed(self, by: Array) -> FoldedLoop:
+        return FoldedLoop(float(np.clip(self.thickness + by[0], 0.0, MAX_THICKNESS)))
+
+
+def thickness_sd(width: float) -> float:
+    """Uncertainty of a strip's thickness by the width of its band, pixels."""
+    return float(np.hypot(THICKNESS_SD[0], THICKNESS_SD[1] * width))
+
+
+class Alike(NamedTuple):
+    """A shape whose inside is like a hole in a picture: its place, the width of its band, pixels, and the overlap of
+    both insides, intersection over union.
+    """
+
+    shape: Shape
+    place: Place
+    width: float
+    overlap: float
+
+
+class Begin(NamedTuple):
+    """Where a shape is in a picture, whether its band is bright and faint, and how much of it is its face."""
+
+    alike: Alike
+    bright: bool
+    faint: bool
+    seen: Depth
+
+
+Match = Callable[[NDArray[np.uint8], tuple[slice, slice], Mask, Depth], Alike | None]
+"""Finds the shape like a hole: takes the band's mask, where the hole is in it, the hole, and how a face is seen."""
+
+
+class Settled(NamedTuple):
+    """A shape fitted to the edges of a band; pixels.
+
+    ``points``, shape (n, 2), ``arc`` and ``residual``, shape (n,): measured middles, where they are along the shape,
+    and measured less fitted; ``band``: all pixels of the strip, shape (m, 2).  ``covariance``: of the relative change
+    of the unit, x, y, the angle, the k parameters, and a shift of all sections, where the error of a section has this
+    ``variance``; ``freedom``: degrees of it.
+    """
+
+    shape: Shape
+    place: Place
+    width: float
+    seen: Depth
+    points: Array
+    arc: Array
+    residual: Array
+    band: Array
+    covariance: Array
+    variance: float
+    freedom: float
+
+
+def settled(image: Picture, source: str, depth: Depth | None, begin: Begin) -> Settled:
+    """Fit a shape to both edges of a band in an upright picture; errors as :func:`measure`."""
+    (shape, place, width, _), bright, faint, seen = begin
+    blur, least = FIRST_BLUR, MIN_FOUND[depth is not None]
     for iteration in range(ITERATIONS):
-        if not width / place.unit <= MAX_THICKNESS:
-            found = f"a band whose width is {width / place.unit:.2f} of the loop's L*"
-            raise TrackingError(source, found, NEEDED, f"the strip may be {MAX_THICKNESS:g} L* thick at most")
-        below = seen.widening * float(seen.aside(place.of(np.zeros((1, 2))), place.up)[0])
-        high = (GAP[0] + GAP[1] * blur + width + below) / place.unit
-        if high > MAX_HIDDEN:
-            raise TrackingError(source, f"the loop's L* has {place.unit:.0f} pixels: too small", NEEDED, "come closer")
-        arc, shape, by_thickness = visible(thickness, high)
-        points = place.of(shape)
+        below = seen.widening * float(seen.aside(place.of(np.zeros((1, 2))), place.direction(shape.toward))[0])
+        apart = GAP[0] + GAP[1] * blur + width + below
+        arc, there, by_parameters = shape.sections(place.unit, width, apart, source)
+        points = place.of(there)
         if not inside(points, image.shape, width).all():
-            raise TrackingError(source, "the picture's border cuts the loop", NEEDED, "leave some room around the loop")
+            advice = "leave some room around the loop"
+            raise TrackingError(source, "the picture's border cuts the loop", shape.needed, advice)
         across = normals(points)
-        sides = seen.edges(place.of(outline(thickness)), points, across)
+        sides = seen.edges(place.of(shape.middle), points, across)
         usable = np.isfinite(sides).all(axis=0)
-        points, across, shape, by_thickness, arc = (x[usable] for x in (points, across, shape, by_thickness, arc))
+        points, across, there, arc = (x[usable] for x in (points, across, there, arc))
         near, far = sides[:, usable]
         expected, face = points + 0.5 * (near + far)[:, None] * across, np.abs(near - far)
         widths, offset = width + face, np.zeros(len(points))
@@ -215,50 +338,64 @@ def measure(image: Picture, source: str = "picture", depth: Depth | None = None)
         contrast = np.median(edges.contrast)
         good = edges.found & (np.abs(edges.width - band) < 0.5 * band) & (edges.contrast > 0.4 * contrast)
         if good.mean() < (least if iteration >= LOCATED else 0.5):
-            found = f"edges of a strip on {good.mean():.0%} of the outline of a fold's loop"
-            raise TrackingError(source, found, f"{least:.0%} or more of them", ADVICE)
+            found = f"edges of a strip on {good.mean():.0%} of the outline of the loop"
+            raise TrackingError(source, found, f"{least:.0%} or more of them", shape.advice)
         # Blur moves both edges of a bend towards its inside, by half of its variance times the curvature.
         blur = float(np.median((edges.noise * edges.contrast)[good]) / np.sqrt(np.pi))
         bend = _curvature(points)
         offset = (offset + edges.offset - 0.5 * blur**2 * bend)[good]
-        last = np.einsum("ij,ij->i", place.of(shape + by_thickness) - points, across)
-        slopes = np.column_stack([place.slopes(points, across), last])[good]
-        prior = width / place.unit - thickness, np.hypot(THICKNESS_SD[0], THICKNESS_SD[1] * width) / place.unit
-        change, covariance, freedom = _robust(np.column_stack([slopes, np.ones(len(offset))]), offset, prior)
+        more = [np.einsum("ij,ij->i", place.of(there + by[usable]) - points, across) for by in by_parameters]
+        slopes = np.column_stack([place.slopes(points, across), *more, np.ones(len(points))])[good]
+        change, covariance, variance, freedom = _robust(slopes, offset, *shape.said_by(width, place.unit))
         place = place.moved(change[:4])
         if depth is None:
             width = float(np.median(edges.width[good]))
         elif iteration >= LOCATED - 1:
             aside = face / seen.widening if seen.widening else seen.aside(points, across)
             width, seen = depth.fitted(edges.width[good], aside[good], WIDTH_SD)
-        thickness = float(np.clip(thickness + change[4], 0.0, MAX_THICKNESS))
-    residual = offset - slopes @ change[:5] - change[5]
+        shape = shape.changed(change[4:-1])
+    residual = offset - slopes @ change
     misfit = float(np.sqrt(np.mean(residual**2))) / place.unit
-    if misfit > MAX_MISFIT:
-        found = f"the best loop of a folded strip is {misfit:.1%} of L* off"
-        raise TrackingError(source, found, f"{MAX_MISFIT:.0%} or less; {NEEDED}", "is it folded without a crease?")
-    curve = outline(thickness)
-    beside = _beside(image, bright, faint, depth is not None, place, points, widths)
-    if beside > MAX_BESIDE:
-        raise second_edge(beside, source, NEEDED)
+    if misfit > shape.largest_misfit:
+        found = f"the best {shape.name} is {misfit:.1%} of {shape.unit_name} off"
+        raise TrackingError(source, found, f"{shape.largest_misfit:.0%} or less; {shape.needed}", shape.crooked)
+    band, _, beside = piece_along(image, points, widths, bright, faint, face=depth is not None)
+    beside = beside[shape.is_around(place.back(points), place.back(band))]
+    share = float(beside.sum() / max((~beside).sum(), 1))
+    if share > MAX_BESIDE:
+        raise second_edge(share, source, shape.needed)
+    middles = points[good] + offset[:, None] * across[good]
+    return Settled(shape, place, width, seen, middles, arc[good], residual, band, covariance, variance, freedom)
+
+
+def measure(image: Picture, source: str = "picture", depth: Depth | None = None) -> Fold:
+    """Fit the loop of a folded strip in an upright picture, grey values of shape (h, w).
+
+    ``depth``: what is known of it; without it the strip is taken as seen edge-on.  Raises TrackingError: no strip, no
+    loop, one that the picture cuts, or one that has not the shape of a fold.
+    """
+    found = settled(image, source, depth, most_alike(image, source, depth, _like_fold, FoldedLoop))
+    place, shape = found.place, found.shape
+    assert isinstance(shape, FoldedLoop)
+    curve = shape.middle
     top = curve[np.argmax(curve[:, 1])]
     ends = place.of(np.array([top, [top[0], 0.0]]))
-    sd = float(np.sqrt(covariance[0, 0]))
-    spread = float(np.exp(stdtrit(freedom, 0.975) * sd))
+    sd = float(np.sqrt(found.covariance[0, 0]))
+    spread = float(np.exp(stdtrit(found.freedom, 0.975) * sd))
     return Fold(
-        depth=None if depth is None else seen,
+        depth=None if depth is None else found.seen,
         unit=place.unit,
         interval=(place.unit / spread, place.unit * spread),
         sd=sd,
         height=float(top[1]) * place.unit,
-        width=width,
-        thickness=thickness * place.unit,
+        width=found.width,
+        thickness=shape.thickness * place.unit,
         top=ends[0],
         foot=ends[1],
         curve=place.of(curve),
-        points=points[good] + offset[:, None] * across[good],
-        arc=arc[good] * place.unit,
-        residual=residual,
+        points=found.points,
+        arc=found.arc * place.unit,
+        residual=found.residual,
     )
 
 
@@ -281,59 +418,42 @@ def _moments(mask: Mask) -> tuple[float, Array, float, float]:
     return float(len(points)), centre, float(np.arctan2(axis[1], axis[0])), skewness
 
 
-def _initial(image: Picture, source: str, depth: Depth | None) -> tuple[Place, float, bool, bool, Depth]:
-    """The largest hole of the shape of a fold's: its place, the band's width, whether that is bright and faint, and how
-    much of it is its face.
-    """
+def most_alike(image: Picture, source: str, depth: Depth | None, match: Match, kind: type[Shape]) -> Begin:
+    """The hole of a picture that is most like the inside of a shape of this kind; errors as :func:`measure`."""
     small, scale = reduced(image)
     tried = [Depth(np.zeros(2), 0.0, 0.0)]
     if depth is not None:
         foot = (depth.foot + 0.5) / scale - 0.5
         tried = [Depth(foot, widening / (1.0 + 0.5 * widening), depth.sd) for widening in WIDENINGS]
-    best, most = None, 0.0
+    best: Begin | None = None
+    most = 0.0
     # Of something else in the picture that stands out more, as a ruler, the strip is told by its hole.
     for faint, bright in ((False, True), (False, False), (True, True), (True, False)):
         if faint and most >= MIN_OVERLAP:
             break
         mask = closed(foreground(small, bright, faint, depth is not None)[0])
-        for hole in regionprops(clear_border(label(mask == 0, connectivity=1))):
+        holes = regionprops(clear_border(label(mask == 0, connectivity=1)))
+        for hole in sorted(holes, key=lambda hole: -hole.area)[: kind.most_holes]:
             if hole.area < MIN_HOLE:
-                continue
+                break
             for seen in tried:
-                matching = _matching(mask, hole.slice, hole.image, seen)
-                if matching is None:
-                    continue
-                place, width = matching
-                overlap = _overlap(place, width, hole.slice, hole.image, seen)
-                if overlap > most:
-                    best, most = (place, width, bright, faint, seen), overlap
+                alike = match(mask, hole.slice, hole.image, seen)
+                if alike is not None and alike.overlap > most:
+                    best, most = Begin(alike, bright, faint, seen), alike.overlap
     if best is None:
-        raise TrackingError(source, "the strip encloses no loop inside the picture", NEEDED, ADVICE)
+        raise TrackingError(source, "the strip encloses no loop inside the picture", kind.needed, kind.advice)
     if most < MIN_OVERLAP:
-        found = f"no loop of a folded strip: what is most like one shares {most:.0%} of its inside"
-        raise TrackingError(source, found, NEEDED, ADVICE)
-    place, width, bright, faint, seen = best
+        found = f"no {kind.name}: what is most like one shares {most:.0%} of its inside"
+        raise TrackingError(source, found, kind.needed, kind.advice)
+    (shape, place, width, overlap), bright, faint, seen = best
     (x, y), factor = unreduced(np.array([place.x, place.y]), scale).tolist(), float(scale.mean())
+    place = replace(place, unit=place.unit * factor, x=x, y=y)
     seen = replace(seen, foot=unreduced(seen.foot, scale))
-    return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright, faint, seen
+    return Begin(Alike(shape, place, width * factor, overlap), bright, faint, seen)
 
 
-def _beside(image: Picture, bright: bool, faint: bool, face: bool, place: Place, points: Array, widths: Array) -> float:
-    """Area, relative to the strip's, of what is connected with it around its loop but not a part of it.
-
-    ``points``: the middle of the band, shape (n, 2), and its ``widths``; pixels.
-    """
-    band, _, beside = piece_along(image, points, widths, bright, faint, face)
-    here, there = place.back(points), place.back(band)
-    low, high = [here[:, 0].min(), 0.0], here.max(axis=0) + ROOM
-    beside = beside[((there > low) & (there < high)).all(axis=1)]
-    return float(beside.sum() / max((~beside).sum(), 1))
-
-
-def _matching(
-    mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, seen: Depth
-) -> tuple[Place, float] | None:
-    """The place of the loop whose inside has the area, centre, direction and skewness of a hole; the band's width.
+def _like_fold(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, seen: Depth) -> Alike | None:
+    """The loop whose inside has the area, centre, direction and skewness of a hole.
 
     None: through a loop that is as wide as it nothing is seen.
     """
@@ -356,19 +476,19 @@ def _matching(
         place = Place(unit, 0.0, 0.0, angle + side * its_angle, side)
         x, y = centre + np.array([left, top]) - place.of((its_centre + corner)[None] / FINE)[0]
         place = replace(place, x=float(x), y=float(y))
-        face = seen.widening * float(seen.aside(place.of(loop(thickness)[None, 400, 1:]), place.up)[0])
+        crown = place.of(loop(thickness)[None, 400, 1:])
+        face = seen.widening * float(seen.aside(crown, place.direction((0.0, 1.0)))[0])
         width = max(band - face, 1.0)
         thickness = min(width / unit, MAX_THICKNESS)
     assert place is not None
-    return place, width
-
-
-def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask, seen: Depth) -> float:
-    """Intersection over union of a hole and that of a loop; 0 where nothing is seen through that."""
     within = inside_of(min(width / place.unit, MAX_THICKNESS), place, seen)
-    if not within.size:
-        return 0.0
-    corners = place.of(within) - [where[1].start, where[0].start]
+    overlap = shared(place.of(within), where, hole) if within.size else 0.0
+    return Alike(FoldedLoop(width / place.unit), place, width, overlap)
+
+
+def shared(outline: Array, where: tuple[slice, slice], hole: Mask) -> float:
+    """Intersection over union of a hole and what an outline, pixels, shape (n, 2), encloses."""
+    corners = outline - [where[1].start, where[0].start]
     room = int(0.25 * max(hole.shape)) + 1
     grown = np.pad(hole, room)
     other = np.zeros(grown.shape, np.uint8)
@@ -376,27 +496,28 @@ def _overlap(place: Place, width: float, where: tuple[slice, slice], hole: Mask,
     return float((grown & (other > 0)).sum() / (grown | (other > 0)).sum())
 
 
-def _robust(slopes: Array, offset: Array, thickness: tuple[float, float]) -> tuple[Array, Array, float]:
-    """Least squares with Cauchy weights and priors: of ``thickness``, with its sd, and of a shift of all sections.
+def _robust(slopes: Array, offset: Array, usual: Array, sd: Array) -> tuple[Array, Array, float, float]:
+    """Least squares with Cauchy weights and priors: of the parameters, with their sd, and of a shift of all sections.
 
-    Returns the change of the unknowns, its covariance, and the degrees of freedom: correlated neighbours count once.
+    Returns the change of the unknowns, its covariance, a section's variance in it, and the degrees of freedom:
+    correlated neighbours count once.
     """
-    design = np.vstack([slopes, np.eye(6)[4:]])
-    values = np.concatenate([offset, [thickness[0], 0.0]])
-    priors = np.array([thickness[1], EDGE_SD])
+    design = np.vstack([slopes, np.eye(slopes.shape[1])[4:]])
+    values = np.concatenate([offset, usual, [0.0]])
+    priors = np.append(sd, EDGE_SD)
     weights, variance = np.ones(len(values)), EDGE_SD**2
     for _ in range(6):
-        weights[-2:] = variance / priors**2
+        weights[len(offset) :] = variance / priors**2
         inverse = np.linalg.inv(design.T @ (weights[:, None] * design))
         change = inverse @ (design.T @ (weights * values))
         residual = offset - slopes @ change
         block = correlation_length(residual)
         freedom = max(len(residual) / block - 5.0, 1.0)
-        scatter = float(weights[:-2] @ residual**2) / float(weights[:-2].sum())
+        scatter = float(weights[: len(offset)] @ residual**2) / float(weights[: len(offset)].sum())
         variance = scatter * block * (freedom + 5.0) / freedom
         sigma = max(1.4826 * float(np.median(np.abs(residual))), 0.5 * EDGE_SD)
-        weights[:-2] = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
-    return np.asarray(change), np.asarray(inverse * variance), freedom
+        weights[: len(offset)] = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
+    return np.asarray(change), np.asarray(inverse * variance), variance, freedom
 
 
 def correlation_length(residual: Array) -> int:
@@ -420,10 +541,9 @@ class Place:
     angle: float
     side: float
 
-    @property
-    def up(self) -> Array:
-        """The unit vector that is normal to the lower layer, pixels, shape (1, 2)."""
-        return np.array([[np.sin(self.angle), np.cos(self.angle)]])
+    def direction(self, of: tuple[float, float]) -> Array:
+        """The unit vector in pixels of one of the dimensionless loop, shape (1, 2)."""
+        return (self.of(np.array([of])) - [self.x, self.y]) / self.unit
 
     def of(self, points: Array) -> Array:
         """Pixels of points of the dimensionless loop, shape (n, 2)."""

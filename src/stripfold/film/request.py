@@ -55,8 +55,11 @@ class EtaRequest(Input):
         Field(description="x1,y1,x2,y2,length: two marks of a ruler in the picture, pixels, and their distance, m"),
     ] = None
     method: Annotated[
-        Literal["fold", "cantilever"] | None,
-        Field(description="content of the picture: a folded or a hanging strip; what is found in it if left out"),
+        Literal["fold", "cantilever", "heart", "pear"] | None,
+        Field(
+            description="content of the picture: a folded or a hanging strip, or one that hangs as a loop; what is "
+            "found in it if left out"
+        ),
     ] = None
     slope: Annotated[
         Number | None,
