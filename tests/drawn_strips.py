@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_bvp
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
@@ -107,3 +108,31 @@ def folded(unit: float, right: bool = True) -> Array:
     z = np.concatenate([np.zeros(299), profile.z, np.full(299, 6.0 / unit)])
     side = 1.0 if right else -1.0
     return np.column_stack([320.0 + side * unit * (x + 1.6), 330.0 - unit * z])
+
+
+def looped(kind: str, half: float, unit: float, turned: float = 0.0) -> Array:
+    """A strip 6 pixels thick that hangs as a loop, ``half`` of its length in L*; ``turned``: of the camera, degrees.
+
+    By a solver of boundary value problems, from the loop without weight on.
+    """
+    s, upright = np.linspace(0.0, half, 400), 0.5 * np.pi if kind == "heart" else -0.5 * np.pi
+    angle = upright - (np.pi + upright) * s / half + (0.0 if kind == "heart" else 1.2) * np.sin(np.pi * s / half)
+    y = np.array([angle, np.gradient(angle, s), *(np.cumsum(of(angle)) * s[1] for of in (np.cos, np.sin))])
+    force = np.zeros(1)
+    for weight in np.linspace(0.0, 1.0, 12) ** 3:
+
+        def rates(s: Array, y: Array, p: Array, weight: float = weight) -> Array:
+            sin, cos = np.sin(y[0]), np.cos(y[0])
+            return np.array([y[1], p[0] * sin - weight * (s - half) * cos, cos, sin])
+
+        def ends(a: Array, b: Array, p: Array) -> Array:
+            return np.array([a[0] - upright, b[0] + np.pi, a[2] - 3.0 / unit, a[3], b[2]])
+
+        found = solve_bvp(rates, ends, s, y, force, tol=1e-6, max_nodes=20000)
+        assert found.success
+        y, force = found.sol(s), found.p
+    right = found.sol(np.linspace(0.0, half, 500))[2:].T
+    curve = unit * np.concatenate([right * [-1.0, 1.0], right[-2::-1]])
+    c, s_ = np.cos(np.radians(turned)), np.sin(np.radians(turned))
+    curve = (curve * [1.0, -1.0]) @ np.array([[c, s_], [-s_, c]])
+    return np.asarray(curve - 0.5 * (curve.min(axis=0) + curve.max(axis=0)) + [320.0, 260.0])

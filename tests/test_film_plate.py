@@ -235,7 +235,7 @@ def test_what_is_in_a_picture_is_found(tmp_path: Path):
         found, told = (sf.eta_b(image=file, width=0.01, **given) for given in ({}, {"method": method}))
         assert found.to_dict() == told.to_dict()
     empty = photograph(seen, np.array([[0.5, 0.0], [0.6, 0.0]]), 0.01, 0.04)
-    with pytest.raises(TrackingError, match=r"neither a fold \(.*nor a strip that hangs \("):
+    with pytest.raises(TrackingError, match=r"neither a fold \(.*nor a hanging loop \(.*nor a hanging strip \("):
         sf.eta_b(image=saved(empty, tmp_path), width=0.01)
 
 

@@ -27,7 +27,7 @@ from verification.films.second.picture import Camera, Look, Studio, exposed, pol
 from verification.numbers import Facts, Number, covers, seed_of, share
 from verification.phone_films import PRINT_SD, plate_print
 
-METHODS = "fold", "cantilever", "heart", "pear"
+STRIPS, LOOPS = ("fold", "cantilever"), ("heart", "pear")
 SIZE = 1600, 1200
 WIDEST_LOOP = 0.03
 """Largest width of a strip that hangs as a loop, m: through a wider one little is seen."""
@@ -118,7 +118,7 @@ def wrinkled(curve: Array, height: float, random: np.random.Generator) -> Array:
 def photograph(method: str, random: np.random.Generator) -> Photograph:
     """Draw a strip, beside the card."""
     unit = float(random.uniform(0.02, 0.04))
-    is_loop = method in ("heart", "pear")
+    is_loop = method in LOOPS
     widest = WIDEST_LOOP if is_loop else 0.06
     width, thickness = float(random.uniform(0.005, widest)), float(random.uniform(0.02, 0.06)) * unit
     height = WRINKLE * float(random.choice([0.0, 1.0]))
@@ -196,10 +196,10 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
     return Photograph(image, 1.0 / (GRAVITY * unit**3), said, known)
 
 
-def measured(number: int, seed: int) -> dict[str, Any]:
+def measured(number: int, seed: int, loops: bool = False) -> dict[str, Any]:
     """One photograph, drawn and measured: eta_b and the ends of its interval over the truth, nan where refused."""
-    random = np.random.default_rng([seed, number])
-    method = METHODS[number % len(METHODS)]
+    random = np.random.default_rng([seed, number, 1] if loops else [seed, number])
+    method = (LOOPS if loops else STRIPS)[number % 2]
     seen = photograph(method, random)
     row = {"case": number, "method": method, "told": (seen.width is not None) + 2.0 * (seen.focal is not None)}
     found, message = attempted(
@@ -209,30 +209,41 @@ def measured(number: int, seed: int) -> dict[str, Any]:
     return row | dict(zip(("eta", "low", "high"), np.array(values) / seen.eta_b, strict=True)) | {"message": message}
 
 
-def run(cases: int = 4, seed: int = 1, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
-    """Draw and measure so many photographs; a dataset over ``case``."""
+def run(
+    cases: int = 4, loops: int = 2, seed: int = 1, threads: int = 1, progress: Progress | None = None
+) -> xr.Dataset:
+    """Draw and measure so many photographs of folds and hanging strips, and of loops; a dataset over ``case``."""
     rows = pooled(partial(measured, seed=seed), list(range(cases)), threads, progress)
+    rows += pooled(partial(measured, seed=seed, loops=True), list(range(loops)), threads, progress)
     return table("case", rows, {"seed": seed}, {})
 
 
-def facts(d: xr.Dataset) -> Facts:
+def _of(d: xr.Dataset, methods: tuple[str, str]) -> Facts:
+    d = d.isel(case=np.isin(d.method.values, methods))
     known = np.isfinite(d.eta.values)
     inside = ((d.low <= 1.0) & (d.high >= 1.0)).values
-    half = 0.5 * (d.high - d.low).values
-    fold = d.method.values == "fold"
+    half, off, first = 0.5 * (d.high - d.low).values, np.abs(d.eta.values - 1.0), d.method.values == methods[0]
     middle = lambda of: float(np.median(of)) if len(of) else np.nan  # noqa: E731
     return {
         "cases": len(known),
         "measured": known.sum(),
         "seed": seed_of(d),
-        "share": share(inside[known]),
-        "refused": share(~known),
-        "fold_error": middle(np.abs(d.eta.values - 1.0)[known & fold]),
-        "fold_half": middle(half[known & fold]),
-        "hanging_error": middle(np.abs(d.eta.values - 1.0)[known & ~fold]),
-        "hanging_half": middle(half[known & ~fold]),
-        "wrong": (np.abs(d.eta.values - 1.0) > WRONG * half)[known].sum(),
+        "share": share(inside[known]) if known.any() else np.nan,
+        "refused": share(~known) if len(known) else np.nan,
+        "first_error": middle(off[known & first]),
+        "first_half": middle(half[known & first]),
+        "second_error": middle(off[known & ~first]),
+        "second_half": middle(half[known & ~first]),
+        "wrong": (off > WRONG * half)[known].sum(),
     }
+
+
+def facts(d: xr.Dataset) -> Facts:
+    return _of(d, STRIPS)
+
+
+def of_loops(d: xr.Dataset) -> Facts:
+    return _of(d, LOOPS)
 
 
 # fmt: off
@@ -240,12 +251,20 @@ NUMBERS = {
     facts: (
         Number("photo_coverage", "share", "1", "0.93 to 0.97",
             "share of the 95 % intervals of eta_b that hold the truth, of {measured} of {cases} photographs beside the "
-            "card ({seed}), folds and hanging strips in turn; half widths {fold_half:.0%} and {hanging_half:.0%} "
-            "in the median, errors {fold_error:.1%} and {hanging_error:.1%}",
+            "card ({seed}), folds and hanging strips in turn; half widths {first_half:.0%} and {second_half:.0%} "
+            "in the median, errors {first_error:.1%} and {second_error:.1%}",
             lambda f: covers(f.share, f.measured, 0.93, 0.97)),
         Number("photo_refused", "refused", "1", "<= 0.15", "share of these photographs that are refused"),
         Number("photo_wrong", "wrong", "count", "= 0",
             "of these photographs those whose eta_b is off by more than three half widths"),
+    ),
+    of_loops: (
+        Number("loop_coverage", "share", "1", "0.93 to 0.97",
+            "the same share of {measured} of {cases} photographs from in front of hearts and pears in turn, which hang "
+            "beside the card; half widths {first_half:.0%} and {second_half:.0%} in the median, errors "
+            "{first_error:.1%} and {second_error:.1%}; {wrong} off by more than three half widths",
+            lambda f: covers(f.share, f.measured, 0.93, 0.97) and not f.wrong),
+        Number("loop_refused", "refused", "1", "<= 0.15", "share of these photographs that are refused"),
     ),
 }
 # fmt: on

@@ -32,8 +32,8 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
 
 @command("eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test", eta_options)
 def eta(arguments: argparse.Namespace, say: Say) -> str:
-    """Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from
-    a picture of such a loop or of a strip that hangs out of a clamp."""
+    """Measure the weight-to-bending-stiffness ratio from the height of a fold or of a hanging loop, from a bending
+    test, or from a picture of a folded strip, of one that hangs out of a clamp, or of one that hangs as a loop."""
     from stripfold.film.request import EtaRequest
 
     inputs = given(arguments, EtaRequest)

@@ -47,7 +47,7 @@ THICKNESS_SD = 1.0, 0.3
 pixels, and as a share."""
 WIDTH_SD = 7.0
 """Standard deviation of a band's width on each section, pixels: wrinkles are in many of them."""
-TILT_ERROR = {"fold": 0.008, "cantilever": 0.025, "heart": 0.025, "pear": 0.025}
+TILT_ERROR = {"fold": 0.008, "cantilever": 0.025, "heart": 0.015, "pear": 0.02}
 """Largest relative error of eta_b by a degree of the camera's tilt, in 95 % of drawn strips up to 2.5 L* wide; of a
 hanging strip the far edge of the free end is seen beyond the near one."""
 FACE_SD = {"fold": 0.14, "cantilever": 0.5, "heart": 0.3, "pear": 0.3}

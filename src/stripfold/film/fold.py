@@ -184,7 +184,8 @@ class Shape(ABC):
     ``name``, ``unit_name``: in words.  ``needed``, ``advice``, ``crooked``: what a picture has to show, how, and why it
     may have another shape.  ``toward``: the direction in which the layers are near each other at the origin.
     ``largest_misfit``: largest root mean square of the residuals, over the unit.  ``most_holes``: number of the largest
-    holes of a picture that are compared.
+    holes of a picture that are compared.  ``least_found``: least share of the sections on which the strip is found,
+    edge-on, and where its face may be seen.
     """
 
     name: ClassVar[str]
@@ -195,6 +196,7 @@ class Shape(ABC):
     toward: ClassVar[tuple[float, float]]
     largest_misfit: ClassVar[float]
     most_holes: ClassVar[int | None] = None
+    least_found: ClassVar[tuple[float, float]] = MIN_FOUND
 
     @property
     @abstractmethod
@@ -313,7 +315,7 @@ class Settled(NamedTuple):
 def settled(image: Picture, source: str, depth: Depth | None, begin: Begin) -> Settled:
     """Fit a shape to both edges of a band in an upright picture; errors as :func:`measure`."""
     (shape, place, width, _), bright, faint, seen = begin
-    blur, least = FIRST_BLUR, MIN_FOUND[depth is not None]
+    blur, least = FIRST_BLUR, shape.least_found[depth is not None]
     for iteration in range(ITERATIONS):
         below = seen.widening * float(seen.aside(place.of(np.zeros((1, 2))), place.direction(shape.toward))[0])
         apart = GAP[0] + GAP[1] * blur + width + below

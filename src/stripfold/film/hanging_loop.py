@@ -40,6 +40,8 @@ ROOM, JAWS = 0.15, 0.3
 loop's length."""
 WIDEST = 0.12
 """Largest width of the band, over the half loop's length."""
+MIN_FOUND = 0.75
+"""Least share of the sections on which the strip is found: a loop shows its face on one side."""
 MIN_BESIDE = 0.6
 """Least share of the part beside the clamp, where the layers are one, on which there is something of the strip's tone:
 without it a ring would be a heart."""
@@ -70,6 +72,7 @@ class HangingLoop(Shape):
     needed = "a strip that hangs from its ends, held together, seen from the side, with light through its loop"
     advice = "turn the camera along the strip's width; background much darker or brighter than the strip"
     toward, largest_misfit, most_holes = (1.0, 0.0), MAX_MISFIT, 4
+    least_found = MIN_FOUND, MIN_FOUND
 
     @property
     def middle(self) -> Array:
@@ -211,7 +214,7 @@ def _like_loop(
             shape = HangingLoop(kind, float(log_weight), 0.0)
             middle = shape.middle
             # A first guess: the unit by the area that the middle encloses.
-            encloses = 0.5 * abs(float(np.cross(middle[:-1], middle[1:]).sum()))
+            encloses = float(cv2.contourArea(middle.astype(np.float32)))
             place, width = Place(float(np.sqrt(area / encloses)), float(centre[0]), float(centre[1]), 0.0, 1.0), 1.0
             for _ in range(MATCHES):
                 width, uneven = _width(bands, middle, place, seen)

@@ -17,8 +17,9 @@ from stripfold.base.errors import InvalidInputError
 from stripfold.base.progress import Percent
 from stripfold.files import schema, store
 from stripfold.film.recording import Entries
+from stripfold.synthetic import shapes
 from stripfold.synthetic.calibration import Calibration, board_of
-from stripfold.synthetic.history import History, with_lead
+from stripfold.synthetic.history import History, from_dynamics, with_lead
 from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor, encode, tick, timeline
@@ -32,13 +33,8 @@ def history_of(scene: Scene) -> History:
 
     Raises InvalidInputError, SolveError: there is no such motion.
     """
-    if scene.generator == "dynamics":
-        from stripfold.synthetic.dynamics import history
-    else:
-        from stripfold.synthetic.shapes import history
-    if scene.filming.plate is None:
-        return history(scene)
-    return with_lead(history(scene), scene)
+    found = from_dynamics(scene) if scene.generator == "dynamics" else shapes.history(scene)
+    return found if scene.filming.plate is None else with_lead(found, scene)
 
 
 def write_calibration(scene: Scene, folder: Path) -> None:
