@@ -11,6 +11,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
+import stripfold as sf
 from stripfold import Strip, elastica, paths
 from stripfold.ask.assess import PathAssessment
 from stripfold.ask.inputs import Simulation
@@ -312,6 +313,14 @@ def test_a_ruck_that_ends_at_the_held_end_is_no_error(tmp_path: Path) -> None:
     """It runs to the pinned end and lifts the strip there."""
     table = "0,-0.183250,0\n0.333333,-0.150615,0.002572\n0.666667,-0.125799,0.112638\n1,-0.020857,0.011236\n"
     assert not pushed(tmp_path, table, length=0.3664993806260266, eta_m=8.637368334576566e-05).stable
+
+
+def test_the_row_that_is_farthest_from_where_it_can_be_is_named(tmp_path: Path) -> None:
+    """Straight up every row is beyond the strip's reach, by micrometres at first."""
+    file = tmp_path / "up.csv"
+    file.write_text("t,x,z\n" + "".join(f"{n},-0.2,{0.03 * n}\n" for n in range(8)) + "8,0,0.1\n", encoding="utf-8")
+    with pytest.raises(InvalidInputError, match=r"within 0.4 m.* \(row 9 of up.csv\); it is 52 mm beyond"):
+        sf.paths.read(file, sf.Strip(length=0.4, eta_b=3770.0))
 
 
 def test_a_ruck_on_a_smooth_table_has_no_place(tmp_path: Path) -> None:

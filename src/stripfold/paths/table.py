@@ -218,18 +218,17 @@ def _in_metres(position: Array, unit: float) -> str:
 
 
 def _check_rows(positions: Array, length: float, unit: float, place: Callable[[int], str]) -> None:
+    """Refuse the row that is farthest from where it can be: others may be off by rounding."""
+    low = int(np.argmin(positions[:, 1]))
+    if positions[low, 1] < 0.0:
+        raise InvalidInputError("z", float(positions[low, 1] * unit), f"at least 0 m, the floor ({place(low)})")
     half = length / 2.0
-
-    def refuse(bad: Mask, key: str, value: Callable[[int], float | str], allowed: str) -> None:
-        if bad.any():
-            row = int(np.argmax(bad))
-            raise InvalidInputError(key, value(row), f"{allowed} ({place(row)})")
-
-    refuse(positions[:, 1] < 0.0, "z", lambda row: float(positions[row, 1] * unit), "at least 0 m, the floor")
-    beyond = np.hypot(positions[:, 0] - half, positions[:, 1]) > length * (1.0 + 1e-12)
-    beyond[0] = False
-    allowed = f"within {length * unit:g} m, the strip's length, of the held end at ({half * unit:g}, 0) m"
-    refuse(beyond, "path", lambda row: _in_metres(positions[row], unit), allowed)
+    away = np.hypot(positions[:, 0] - half, positions[:, 1])
+    far = 1 + int(np.argmax(away[1:]))
+    if away[far] > length * (1.0 + 1e-12):
+        allowed = f"within {length * unit:g} m, the strip's length, of the held end at ({half * unit:g}, 0) m"
+        advice = f"it is {1e3 * unit * (away[far] - length):.2g} mm beyond"
+        raise InvalidInputError("path", _in_metres(positions[far], unit), f"{allowed} ({place(far)})", advice)
 
 
 def smoothed(positions: Array, tolerance: float) -> tuple[Array, Mask]:
