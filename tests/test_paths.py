@@ -11,7 +11,6 @@ import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
-import stripfold as sf
 from stripfold import Strip, elastica, paths
 from stripfold.ask.assess import PathAssessment
 from stripfold.ask.inputs import Simulation
@@ -320,7 +319,7 @@ def test_the_row_that_is_farthest_from_where_it_can_be_is_named(tmp_path: Path) 
     file = tmp_path / "up.csv"
     file.write_text("t,x,z\n" + "".join(f"{n},-0.2,{0.03 * n}\n" for n in range(8)) + "8,0,0.1\n", encoding="utf-8")
     with pytest.raises(InvalidInputError, match=r"within 0.4 m.* \(row 9 of up.csv\); it is 52 mm beyond"):
-        sf.paths.read(file, sf.Strip(length=0.4, eta_b=3770.0))
+        paths.read(file, Strip(length=0.4, eta_b=3770.0))
 
 
 def test_a_ruck_on_a_smooth_table_has_no_place(tmp_path: Path) -> None:
