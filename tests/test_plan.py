@@ -332,6 +332,13 @@ class TestFriction:
         given = {"friction_moment": 0.75 * moment, "yield_curvature": kappa_y}
         assert not assess_path(*followed, **given, model="rod", refinement=0.7).stable
 
+    def test_a_spring_that_cannot_be_followed_is_refused(self) -> None:
+        """Taken without friction instead, the fold was said to be a fifth as far off."""
+        least = 5.3e-3 * ETA_B / 4.0
+        with pytest.raises(InvalidInputError, match=rf"at least {least:.4g} 1/m, M_0 over 4 B"):
+            asked(friction_moment=5.3e-3, yield_curvature=0.99 * least)
+        assert asked(friction_moment=5.3e-3, yield_curvature=1.01 * least).yield_curvature > least
+
 
 class TestFiles:
     def test_angles(self, long: FoldingPlan) -> None:

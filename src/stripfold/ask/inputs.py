@@ -472,6 +472,13 @@ class PlanInputs(Curled):
         for name in ("yield_curvature", "friction_uncertainty"):
             if self.friction_moment is None and (value := getattr(self, name)) is not None:
                 raise InvalidInputError(name, value, "this together with friction_moment")
+        if self.yield_curvature is not None and self.friction_moment is not None:
+            from stripfold.strip.effects import STIFFEST
+
+            least = self.friction_moment * self.eta_b / (STIFFEST * self.rho_a)
+            if self.yield_curvature < least * (1.0 - 1e-9):
+                allowed = f"at least {least:.4g} 1/m, M_0 over {STIFFEST:g} B: a stiffer spring cannot be followed"
+                raise InvalidInputError("yield_curvature", self.yield_curvature, allowed, "leave it out for that")
         for strip in self.strips:
             Curled(**strip.model_dump(), curl=self.curl)
         if self.curl and self.friction_moment is not None:
