@@ -231,6 +231,7 @@ class TestOutcomes:
         assert [outcome.name for outcome in found] == ["low", "circular"]
         assert [outcome.with_friction for outcome in found] == [True, False]
         assert "all this without the friction" in found[1].costs(given)
+        assert [outcome.lacks_friction(given) for outcome in found[:2]] == [False, True]
 
     @pytest.mark.slow
     def test_what_is_known_with_friction_is_kept(self) -> None:

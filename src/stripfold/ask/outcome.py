@@ -133,6 +133,10 @@ class Outcome:
         """The candidate's."""
         return self.candidate.path
 
+    def lacks_friction(self, asked: PlanInputs) -> bool:
+        """Whether its numbers are without the friction in bending that is given."""
+        return asked.friction_moment is not None and not self.with_friction
+
     def costs(self, asked: PlanInputs) -> str:
         """What the path costs, in words."""
         if self.failure:
@@ -157,9 +161,9 @@ class Outcome:
             said.append(f"{slides}without a pin it takes table friction of {self.hold_friction:.2g}")
         if self.candidate.gripper == "turning":
             said.append("the gripper clamps and turns as the path says")
-        if asked.friction_moment is not None and not self.with_friction:
+        if self.lacks_friction(asked):
             lost = ", with which it is lost or cannot be followed" if self.candidate.gripper == "hinge" else ""
-            said.append(f"all this without the friction in bending{lost}")
+            said.append(f"* all this without the friction in bending{lost}")
         if isfinite(self.tool_room):
             said.append(f"a tool of at most {1e3 * self.tool_room:.0f} mm clears the table")
         return "; ".join(said)

@@ -295,7 +295,7 @@ class FoldingPlan(Result):
 
     def rows(self) -> Rows:
         asked, best = self.asked, self.best
-        cells = [COLUMNS, *map(_cells, self.outcomes)]
+        cells = [COLUMNS, *(_cells(of, asked) for of in self.outcomes)]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         aligned = ["  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)) for row in cells]
         names = ["", *(outcome.name for outcome in self.outcomes)]
@@ -341,7 +341,7 @@ class FoldingPlan(Result):
             cases=list(zip(asked.strips, best.verdicts, nearest, strict=True)),
             columns=COLUMNS,
             limits=[(name, of) for name in LIMITS if (of := getattr(asked, name)) is not None],
-            cells=[(outcome, _cells(outcome)) for outcome in self.outcomes],
+            cells=[(outcome, _cells(outcome, asked)) for outcome in self.outcomes],
             frame=FRAME,
             grasp=GRASP,
             map=save.as_svg(places),
@@ -404,10 +404,11 @@ class FoldingPlan(Result):
         return self.asked.model_dump()
 
 
-def _cells(outcome: Outcome) -> tuple[str, ...]:
-    """The numbers of an outcome in a row of the table, in the order of :data:`COLUMNS`."""
+def _cells(outcome: Outcome, asked: PlanInputs) -> tuple[str, ...]:
+    """The numbers of an outcome in a row of the table, in the order of :data:`COLUMNS`; a star: without friction."""
     median, most = (1e3 * bound for bound in outcome.error)
-    off = f"{median:.1f}, at most {most:.1f} mm" if isfinite(most) else "not folded"
+    star = "*" if outcome.lacks_friction(asked) else ""
+    off = f"{median:.1f}, at most {most:.1f} mm{star}" if isfinite(most) else "not folded"
     touches_at = f"{1e3 * sum(outcome.touch_error) / 2.0:+.0f} mm" if isfinite(sum(outcome.touch_error)) else "-"
     slide = f"{1e3 * outcome.layer_slide:.0f} mm" if isfinite(outcome.layer_slide) else "-"
     snap = f"{1e3 * outcome.drop:.1f} mm" if outcome.drop else "none"
