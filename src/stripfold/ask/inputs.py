@@ -478,7 +478,7 @@ class PlanInputs(Curled):
             least = self.friction_moment * self.eta_b / (STIFFEST * self.rho_a)
             if self.yield_curvature < least * (1.0 - 1e-9):
                 allowed = f"at least {least:.4g} 1/m, M_0 over {STIFFEST:g} B: a stiffer spring cannot be followed"
-                raise InvalidInputError("yield_curvature", self.yield_curvature, allowed, "leave it out for that")
+                raise InvalidInputError("yield_curvature", self.yield_curvature, allowed, "left out, it is that")
         for strip in self.strips:
             Curled(**strip.model_dump(), curl=self.curl)
         if self.curl and self.friction_moment is not None:
