@@ -507,6 +507,8 @@ def _robust(slopes: Array, offset: Array, usual: Array, sd: Array) -> tuple[Arra
     design = np.vstack([slopes, np.eye(slopes.shape[1])[4:]])
     values = np.concatenate([offset, usual, [0.0]])
     priors = np.append(sd, EDGE_SD)
+    # All but the shift.
+    fitted = slopes.shape[1] - 1
     weights, variance = np.ones(len(values)), EDGE_SD**2
     for _ in range(6):
         weights[len(offset) :] = variance / priors**2
@@ -514,9 +516,9 @@ def _robust(slopes: Array, offset: Array, usual: Array, sd: Array) -> tuple[Arra
         change = inverse @ (design.T @ (weights * values))
         residual = offset - slopes @ change
         block = correlation_length(residual)
-        freedom = max(len(residual) / block - 5.0, 1.0)
+        freedom = max(len(residual) / block - fitted, 1.0)
         scatter = float(weights[: len(offset)] @ residual**2) / float(weights[: len(offset)].sum())
-        variance = scatter * block * (freedom + 5.0) / freedom
+        variance = scatter * block * (freedom + fitted) / freedom
         sigma = max(1.4826 * float(np.median(np.abs(residual))), 0.5 * EDGE_SD)
         weights[: len(offset)] = 1.0 / (1.0 + (residual / (2.4 * sigma)) ** 2)
     return np.asarray(change), np.asarray(inverse * variance), variance, freedom
