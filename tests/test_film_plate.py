@@ -21,9 +21,9 @@ from stripfold.cli import main
 from stripfold.film import eta, plate
 from stripfold.film.boards import Board, dictionary
 from stripfold.film.cantilever import Cantilever
-from stripfold.film.fold import Depth
 from stripfold.film.holder import Marker
 from stripfold.film.plate_sheet import PAPERS, Paper, sheet
+from stripfold.film.shape import Depth
 
 ETA_B = 3780.0
 UNIT = (ETA_B * 9.81) ** (-1.0 / 3.0)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from oracles.dense import Dense
-from oracles.toys import Toy
+from oracles.toys import Dense, Toy
 from stripfold.base.errors import SolveError
 from stripfold.solve.linear import Band, BandPattern, Bordered, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from oracles.dense import Dense
-from oracles.toys import NONE
+from oracles.toys import NONE, Dense
 from stripfold.base.arrays import Array, Index
 from stripfold.solve.problem import FixedUnknowns
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from oracles.dense import Dense
 from oracles.motions import WithoutMemory
+from oracles.toys import Dense
 from stripfold.base.arrays import Array, Index
 
 NONE = np.zeros(0, dtype=np.intp)

@@ -26,10 +26,10 @@ from stripfold.base.errors import TrackingError
 from stripfold.base.material import GRAVITY
 from stripfold.files.reporting import Rows, metres
 from stripfold.film.fitted import LAW_SD, WIDTH_SD
-from stripfold.film.fold import Depth, ShapeFit, correlation_length
 from stripfold.film.line import Centreline, find
 from stripfold.film.line_kernels import arc_length, normals, tangents
 from stripfold.film.segmentation import enclosed_share, piece_along, second_edge
+from stripfold.film.shape import Depth, ShapeFit, correlation_length
 
 POINTS = 100
 MIN_SAG = 0.0075

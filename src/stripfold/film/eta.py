@@ -3,7 +3,7 @@
 A picture shows the loop of a folded strip, a strip that hangs out of a clamp, or one that hangs as a loop.  The
 interval covers what the picture says, scatter of the edges, light and the free end, and where the camera may have
 stood.  The scale holds in the plane of the strip's near edge; behind it all is seen smaller, and the middle of the band
-that is seen lies between both edges.  Beside a plate both edges are in the fit (:class:`.fold.Depth`).  Without one
+that is seen lies between both edges.  Beside a plate both edges are in the fit (:class:`.shape.Depth`).  Without one
 nobody knows where the camera stood: eta_b may be up to 3/2 of the depth too high; a tilt of the camera shows a face of
 the strip and shortens the picture; its roll turns the vertical, on which only a hanging strip depends.  The interval
 then excludes the scale, an error of 1 % of which is one of 3 % of eta_b with either method.  It excludes friction and
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stripfold.film.camera import Mapping
-    from stripfold.film.fold import Depth, ShapeFit
     from stripfold.film.plate import Seen
+    from stripfold.film.shape import Depth, ShapeFit
 
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
@@ -246,7 +246,7 @@ def _beside(
 ) -> EtaB:
     """Measure eta_b beside a plate; ``known``: whether the focal length is."""
     from stripfold.film import plate
-    from stripfold.film.fold import Depth
+    from stripfold.film.shape import Depth
 
     straight = plate.rectified(image, seen)
     *foot, away = seen.mapping.camera_place

@@ -30,8 +30,8 @@ from stripfold.elastica import with_friction
 from stripfold.film import snap
 from stripfold.film.camera import Mapping
 from stripfold.film.fitted import DEPTH_SD, FRICTION_SD, MAX_MISFIT, PULL_SD, USUAL_MISFIT
-from stripfold.film.fold import correlation_length
 from stripfold.film.recording import DEVIATIONS, NAME, SD_95, Entries, GripperEntry, Recording, StripEntry
+from stripfold.film.shape import correlation_length
 from stripfold.film.tracking import Tracks
 
 MARGIN = 0.3

@@ -51,7 +51,7 @@ TILT_ERROR = {"fold": 0.008, "cantilever": 0.025, "heart": 0.015, "pear": 0.02}
 """Largest relative error of eta_b by a degree of the camera's tilt, in 95 % of drawn strips up to 2.5 L* wide; of a
 hanging strip the far edge of the free end is seen beyond the near one.  Of loops those up to 1.5 L*."""
 FACE_SD = {"fold": 0.14, "cantilever": 0.5, "heart": 0.3, "pear": 0.3}
-"""Standard deviation of eta_b's error, as a share, over that of a strip's depth (:class:`.fold.Depth`), where it is in
+"""Standard deviation of eta_b's error, as a share, over that of a strip's depth (:class:`.shape.Depth`), where it is in
 the fit: by wrinkles, hairs, and where the two edges hide each other; of 640 photographs of the study, and of loops
 those of :data:`WAVES_SD`."""
 LAW_SD = 1.0

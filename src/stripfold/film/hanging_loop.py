@@ -22,8 +22,8 @@ from stripfold.base.errors import NewtonError, TrackingError
 from stripfold.elastica.textile import WEIGHTS, hanging_loop
 from stripfold.files.reporting import Rows, metres
 from stripfold.film.fitted import WAVES, WAVES_SD
-from stripfold.film.fold import Alike, Depth, Place, Settled, Shape, ShapeFit, most_alike, settled, thickness_sd
 from stripfold.film.line_kernels import arc_length, normals
+from stripfold.film.shape import Alike, Depth, Place, Settled, Shape, ShapeFit, most_alike, settled, thickness_sd
 
 Kind = Literal["heart", "pear"]
 KINDS: tuple[Kind, ...] = ("heart", "pear")
