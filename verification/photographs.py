@@ -196,10 +196,13 @@ def photograph(method: str, random: np.random.Generator) -> Photograph:
     return Photograph(image, 1.0 / (GRAVITY * unit**3), said, known)
 
 
-def measured(number: int, seed: int, loops: bool = False) -> dict[str, Any]:
-    """One photograph, drawn and measured: eta_b and the ends of its interval over the truth, nan where refused."""
-    random = np.random.default_rng([seed, number, 1] if loops else [seed, number])
-    method = (LOOPS if loops else STRIPS)[number % 2]
+def measured(number: int, seed: int, cases: int) -> dict[str, Any]:
+    """One photograph, drawn and measured: eta_b and the ends of its interval over the truth, nan where refused.
+
+    From number ``cases`` on of loops.
+    """
+    random = np.random.default_rng([seed, number])
+    method = (STRIPS if number < cases else LOOPS)[number % 2]
     seen = photograph(method, random)
     row = {"case": number, "method": method, "told": (seen.width is not None) + 2.0 * (seen.focal is not None)}
     found, message = attempted(
@@ -213,8 +216,7 @@ def run(
     cases: int = 4, loops: int = 2, seed: int = 1, threads: int = 1, progress: Progress | None = None
 ) -> xr.Dataset:
     """Draw and measure so many photographs of folds and hanging strips, and of loops; a dataset over ``case``."""
-    rows = pooled(partial(measured, seed=seed), list(range(cases)), threads, progress)
-    rows += pooled(partial(measured, seed=seed, loops=True), list(range(loops)), threads, progress)
+    rows = pooled(partial(measured, seed=seed, cases=cases), list(range(cases + loops)), threads, progress)
     return table("case", rows, {"seed": seed}, {})
 
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
+from functools import cached_property
 from math import inf, isfinite, isnan, nan
 from pathlib import Path
 from time import perf_counter
@@ -577,7 +578,7 @@ class _Moved:
             refinement=refinement,
         )
 
-    @property
+    @cached_property
     def speed(self) -> float | StampedPath:
         """Of the gripper in time, or its motion as the path's own times say it."""
         asked, scales = self.asked, self.asked.material.scales

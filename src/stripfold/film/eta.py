@@ -287,8 +287,8 @@ def _fit(
     if method == "fold":
         return fold.measure(image, source, depth)
     if method != "cantilever":
-        kinds = hanging_loop.KINDS if method == "loop" else (method,)
-        return hanging_loop.measure(image, kinds, source, depth)  # type: ignore[arg-type]
+        kinds = tuple(kind for kind in hanging_loop.KINDS if method in (kind, "loop"))
+        return hanging_loop.measure(image, kinds, source, depth)
     return cantilever.measure(image, source, None if slope is None else radians(slope), radians(roll), depth)
 
 

@@ -20,7 +20,18 @@ from stripfold.base.arrays import Array, Mask, Picture
 from stripfold.base.errors import TrackingError
 from stripfold.files.reporting import Rows, metres
 from stripfold.film.line_kernels import normals
-from stripfold.film.shape import Alike, Depth, Place, Shape, ShapeFit, most_alike, settled, thickness_sd
+from stripfold.film.shape import (
+    Alike,
+    Depth,
+    Place,
+    Shape,
+    ShapeFit,
+    filled,
+    most_alike,
+    overlap,
+    settled,
+    thickness_sd,
+)
 
 MAX_THICKNESS = 0.3
 """Largest thickness, L*."""
@@ -170,18 +181,8 @@ def _like_fold(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, 
         thickness = min(width / unit, MAX_THICKNESS)
     assert place is not None
     within = inside_of(min(width / place.unit, MAX_THICKNESS), place, seen)
-    overlap = shared(place.of(within), where, hole) if within.size else 0.0
-    return Alike(FoldedLoop(width / place.unit), place, width, overlap)
-
-
-def shared(outline: Array, where: tuple[slice, slice], hole: Mask) -> float:
-    """Intersection over union of a hole and what an outline, pixels, shape (n, 2), encloses."""
-    corners = outline - [where[1].start, where[0].start]
-    room = int(0.25 * max(hole.shape)) + 1
-    grown = np.pad(hole, room)
-    other = np.zeros(grown.shape, np.uint8)
-    cv2.fillPoly(other, [np.rint(corners + room).astype(np.int32)], 1)
-    return float((grown & (other > 0)).sum() / (grown | (other > 0)).sum())
+    alike = overlap(hole, where, *filled([place.of(within)])) if within.size else 0.0
+    return Alike(FoldedLoop(width / place.unit), place, width, alike)
 
 
 @cache

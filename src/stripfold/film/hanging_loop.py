@@ -23,7 +23,19 @@ from stripfold.elastica.textile import WEIGHTS, hanging_loop
 from stripfold.files.reporting import Rows, metres
 from stripfold.film.fitted import WAVES, WAVES_SD
 from stripfold.film.line_kernels import arc_length, normals
-from stripfold.film.shape import Alike, Depth, Place, Settled, Shape, ShapeFit, most_alike, settled, thickness_sd
+from stripfold.film.shape import (
+    Alike,
+    Depth,
+    Place,
+    Settled,
+    Shape,
+    ShapeFit,
+    filled,
+    most_alike,
+    overlap,
+    settled,
+    thickness_sd,
+)
 
 Kind = Literal["heart", "pear"]
 KINDS: tuple[Kind, ...] = ("heart", "pear")
@@ -57,7 +69,7 @@ MAX_MISFIT = 0.01
 
 @lru_cache(maxsize=256)
 def _half(kind: Kind, log_weight: float, gap: float) -> Array:
-    return hanging_loop(kind, float(np.exp(np.clip(log_weight, *np.log(WEIGHTS)))), gap)
+    return hanging_loop(kind, float(np.exp(log_weight)), gap)
 
 
 @dataclass(frozen=True)
@@ -204,10 +216,8 @@ def _like_loop(
     kinds: tuple[Kind, ...], mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask, seen: Depth
 ) -> Alike | None:
     """The upright loop whose inside is most like a hole."""
-    corner = np.array([where[1].start, where[0].start], dtype=np.float64)
-    rows, columns = np.nonzero(hole)
-    area, centre = float(len(rows)), np.array([columns.mean(), rows.mean()]) + corner
-    bands = _bands(mask, rows + where[0].start, columns + where[1].start)
+    rows, columns = (inside + part.start for inside, part in zip(np.nonzero(hole), where, strict=True))
+    area, centre, bands = float(len(rows)), np.array([columns.mean(), rows.mean()]), _bands(mask, rows, columns)
     best: Alike | None = None
     for kind in kinds:
         for log_weight in TRIED:
@@ -229,9 +239,9 @@ def _like_loop(
                 away = centre - (np.array([x.mean(), y.mean()]) + start)
                 place = replace(place, unit=grows * place.unit, x=place.x + away[0], y=place.y + away[1])
             its, start = _inside(shape, place, width, seen)
-            overlap = _overlap(hole, corner, its, start) - UNEVEN * uneven
-            if best is None or overlap > best.overlap:
-                best = Alike(shape, place, width, overlap)
+            alike = overlap(hole, where, its, start) - UNEVEN * uneven
+            if best is None or alike > best.overlap:
+                best = Alike(shape, place, width, alike)
     return best
 
 
@@ -262,23 +272,5 @@ def _inside(shape: HangingLoop, place: Place, width: float, seen: Depth) -> tupl
     side = np.sign(across[len(middle) // 2, 1])  # towards the inside, above the lowest point
     inner = middle + side * 0.5 * width / place.unit * across
     # Beside the clamp the layers hide each other.
-    inner = place.of(inner[inner[:, 0] * middle[:, 0] >= 0.0])
-    start, size = np.floor(inner.min(axis=0)) - 1.0, np.ceil(np.ptp(inner, axis=0)).astype(int) + 3
-    found = np.ones(size[::-1], np.uint8)
-    for factor in (0.5, -0.5):
-        edge = seen.foot + (1.0 + factor * seen.widening) * (inner - seen.foot) - start
-        one = np.zeros_like(found)
-        cv2.fillPoly(one, [np.rint(edge).astype(np.int32)], 1)
-        found &= one
-    return found, start
-
-
-def _overlap(hole: Mask, corner: Array, other: NDArray[np.uint8], start: Array) -> float:
-    """Intersection over union of two masks at the places of their first pixels."""
-    low = np.minimum(corner, start).astype(int)
-    high = np.maximum(corner + hole.shape[::-1], start + other.shape[::-1]).astype(int)
-    both = np.zeros((2, *(high - low)[::-1]), bool)
-    for on, mask, place in zip(both, (hole, other), (corner, start), strict=True):
-        x, y = place.astype(int) - low
-        on[y : y + mask.shape[0], x : x + mask.shape[1]] = mask
-    return float((both[0] & both[1]).sum() / both.any(axis=0).sum())
+    inner = place.of(inner[inner[:, 0] * middle[:, 0] >= 0.0]) - seen.foot
+    return filled([seen.foot + (1.0 + factor * seen.widening) * inner for factor in (0.5, -0.5)])

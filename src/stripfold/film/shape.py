@@ -8,10 +8,11 @@ curve, without those where layers are too near to each other.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label, regionprops
@@ -283,6 +284,30 @@ def most_alike(image: Picture, source: str, depth: Depth | None, match: Match, k
     place = replace(place, unit=place.unit * factor, x=x, y=y)
     seen = replace(seen, foot=unreduced(seen.foot, scale))
     return Begin(Alike(shape, place, width * factor, overlap), bright, faint, seen)
+
+
+def filled(outlines: Sequence[Array]) -> tuple[NDArray[np.uint8], Array]:
+    """What lies inside of all outlines, pixels, shape (n, 2) each: a mask, and the place of its first pixel."""
+    first = outlines[0]
+    start, size = np.floor(first.min(axis=0)) - 1.0, np.ceil(np.ptp(first, axis=0)).astype(int) + 3
+    found = np.ones(size[::-1], np.uint8)
+    for outline in outlines:
+        one = np.zeros_like(found)
+        cv2.fillPoly(one, [np.rint(outline - start).astype(np.int32)], 1)
+        found &= one
+    return found, start
+
+
+def overlap(hole: Mask, where: tuple[slice, slice], other: NDArray[np.uint8], start: Array) -> float:
+    """Intersection over union of a hole and another mask, whose first pixel is at ``start``."""
+    corner = np.array([where[1].start, where[0].start])
+    low = np.minimum(corner, start).astype(int)
+    high = np.maximum(corner + hole.shape[::-1], start + other.shape[::-1]).astype(int)
+    both = np.zeros((2, *(high - low)[::-1]), bool)
+    for on, mask, place in zip(both, (hole, other), (corner, start), strict=True):
+        x, y = place.astype(int) - low
+        on[y : y + mask.shape[0], x : x + mask.shape[1]] = mask
+    return float(both.all(axis=0).sum() / both.any(axis=0).sum())
 
 
 class Settled(NamedTuple):
